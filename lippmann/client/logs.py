@@ -19,7 +19,7 @@ from service.schemas.task import Task
 _ATTEMPT_ENDED = frozenset({TaskStatus.READY, TaskStatus.DONE, TaskStatus.FAILED, TaskStatus.CANCELLED})
 """The statuses of a task whose latest attempt has ended; a task that is ready again is one that failed."""
 _ATTEMPT_RUNS = frozenset({TaskStatus.DISPATCHED, TaskStatus.RUNNING})
-"""The statuses of a task whose latest attempt has no log yet; the one before it may have one."""
+"""The statuses of a task whose latest attempt has no whole log yet; the one before it may have one."""
 
 
 @dataclass(frozen=True)

@@ -48,6 +48,7 @@ SHEETS = (
     "shared/layout.css",
     "jobs/list.css",
     "jobs/job.css",
+    "jobs/work.css",
     "new-job/submit.css",
     "new-job/design.css",
     "viewer/viewer.css",

@@ -123,7 +123,7 @@ def test_a_job_that_somebody_removed_leaves_the_list(page: Page, farm: Farm, log
     until(lambda: page.locator(".frames .cell.done img").evaluate("picture => picture.complete"))
     farm.service.client.delete(f"/jobs/{removed}").raise_for_status()
     expect(page.get_by_role("link", name="Removed")).to_have_count(0)
-    expect(page.get_by_text("This job was removed.")).to_be_visible()
+    expect(page.get_by_role("main").get_by_text("This job was removed.")).to_be_visible()
     expect(page.get_by_role("link", name="Kept")).to_be_visible()
 
 

@@ -30,6 +30,7 @@ from worker.settings import WorkerSettings
 from worker.store.opening import open_store
 from worker.tasks.bundle_folder import unpacked_bundle
 from worker.tasks.folder_lock import folder_lock
+from worker.tasks.live_log import stored_while_it_grows
 
 log = structlog.get_logger()
 
@@ -145,16 +146,17 @@ log = structlog.get_logger()
 
 @contextlib.contextmanager
 def kept_log(place: Workplace, order: Order, folder: Path) -> Iterator[AttemptLog]:
-    """Yield an attempt's log and store it afterwards, after success and failure alike."""
+    """Yield an attempt's log, which is stored while it grows and afterwards, after success and failure alike."""
     path = folder.with_name(f"{folder.name}.txt")
+    name = names.log_name(order.kind, order.frame, order.tile, order.output, order.attempt_number)
+    stored_name = names.job_artifact(order.job_id, name)
     try:
-        with AttemptLog(path) as attempt_log:
+        with AttemptLog(path) as attempt_log, stored_while_it_grows(place.store, stored_name, path):
             yield attempt_log
     finally:
-        name = names.log_name(order.kind, order.frame, order.tile, order.output, order.attempt_number)
         # A log that cannot be stored must not hide how the attempt ended.
         try:
-            place.store.put_file(names.job_artifact(order.job_id, name), path)
+            place.store.put_file(stored_name, path)
         except (LippmannError, OSError) as error:
             log.warning("attempt log not stored", name=name, error=str(error))
         path.unlink(missing_ok=True)

@@ -28,11 +28,12 @@ function App() {
   }, [page]);
   useEffect(() => {
     // On a wide screen the first job is open beside the list.
-    const { ids, query } = getState().list;
+    const { jobs, list } = getState();
+    const first = Object.values(list.ids).find((id) => id in jobs); // Those that were removed may still be listed.
     const isList = here.view === "list" && read().view === "list"; // The user may have gone on in the meantime.
     if (!isList || !isLoaded || !wide.matches) return;
-    if (ids[0]) location.replace(hrefOf(ids[0], query));
-    else if (!isFiltered(query)) location.replace("#/new");
+    if (first) location.replace(hrefOf(first, list.query));
+    else if (!isFiltered(list.query)) location.replace("#/new");
   }, [here.view, isLoaded]);
   return html`
     <a class="skip" href="#main" onClick=${skip}>Skip to the job</a>

@@ -26,7 +26,13 @@ export class Unreachable extends Error {
 export const getJobs = (query) => get("/jobs", query);
 export const getJob = (id) => get(`/jobs/${encodeURIComponent(id)}`);
 export const getFrames = (id, cursor, limit) => get(`/jobs/${encodeURIComponent(id)}/frames`, { limit, cursor });
-export const getTasks = (id, status, limit) => get(`/jobs/${encodeURIComponent(id)}/tasks`, { status, limit });
+export const getFrameStatuses = (id) => get(`/jobs/${encodeURIComponent(id)}/frames/statuses`);
+export const getTasks = (id, query) => get(`/jobs/${encodeURIComponent(id)}/tasks`, query);
+export const getTask = (id, task) => get(`/jobs/${encodeURIComponent(id)}/tasks/${encodeURIComponent(task)}`);
+export const getAttempts = (id, limit) => get(`/jobs/${encodeURIComponent(id)}/attempts`, { limit });
+export const getArtifacts = (id, limit) => get(`/jobs/${encodeURIComponent(id)}/artifacts`, { limit });
+export const getLog = (id, task, attempt) =>
+  get(`/jobs/${encodeURIComponent(id)}/tasks/${encodeURIComponent(task)}/log`, { attempt });
 export const getSidecar = (url) => answered(url, {});
 export const getScenes = () => get("/scenes", { limit: 200 });
 export const getHealth = () => get("/health");
@@ -140,7 +146,7 @@ async function bodyOf(response) {
   if (response.status === 204) return {}; // It says that it is JSON, and has no body.
   const type = response.headers.get("Content-Type") || "";
   if (/json/.test(type)) return response.json();
-  if (/svg/.test(type)) return response.text();
+  if (/svg|^text/.test(type)) return response.text();
   return /^image/.test(type) ? response.blob() : {};
 }
 

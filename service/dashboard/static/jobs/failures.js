@@ -13,7 +13,7 @@ export function Failures({ job }) {
   useEffect(() => {
     if (!failed) return;
     const show = (found) => (setPage(found), setFault(""));
-    getTasks(job.id, "failed", SHOWN).then(show, (error) => setFault(error.message));
+    getTasks(job.id, { status: "failed", limit: SHOWN }).then(show, (error) => setFault(error.message));
   }, [job.id, failed]);
   if (!failed) return null;
   return html`

@@ -8,10 +8,9 @@ export function Filters({ query }) {
   const jobs = useKnown((known) => known.jobs);
   const session = useKnown((known) => known.session);
   const set = (patch) => write(addressOf({ ...query, ...patch }));
-  const mine = session?.name;
+  const mine = session?.owner_id;
   const others = new Set(Object.values(jobs).map((job) => job.owner));
-  if (query.owner) others.add(query.owner);
-  others.delete(mine);
+  if (query.owner && query.owner !== mine) others.add(query.owner);
   return html`
     <div class="filters" role="search">
       <input type="search" aria-label="Search jobs" placeholder="Search title, scene, owner, id" maxlength="100"
@@ -22,7 +21,7 @@ export function Filters({ query }) {
       </select>
       <select aria-label="Owner" value=${query.owner} onChange=${(event) => set({ owner: event.target.value })}>
         <option value="">All owners</option>
-        ${mine && html`<option value=${mine}>Mine (${mine})</option>`}
+        ${mine && html`<option value=${mine}>My jobs</option>`}
         ${[...others].sort().map((owner) => html`<option key=${owner} value=${owner}>${owner}</option>`)}
       </select>
       <select aria-label="Sort by" value=${query.sort}

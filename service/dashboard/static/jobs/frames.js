@@ -4,6 +4,7 @@ import { link } from "../api/operations.js";
 import { count } from "../shared/format.js";
 import { loadMoreFrames, openFrames } from "../state/frame_pages.js";
 import { html } from "../shared/html.js";
+import { FrameGrid } from "./frame_grid.js";
 import { More } from "../shared/parts.js";
 import { Lightbox } from "../viewer/lightbox.js";
 import { useKnown } from "../state/store.js";
@@ -22,7 +23,8 @@ export function Frames({ job }) {
     <section class="frames ${isOpen ? "open" : "still"}" aria-label="Frames">
       <h2>Frames <span class="quiet">${count(job.frames_done)} of ${count(job.frames_total)}</span></h2>
       ${fault && html`<p class="fault" role="alert">${fault}</p>`}
-      <ol>
+      <${FrameGrid} job=${job} />
+      <ol class="pictures">
         ${items.map((item) => html`<${Cell} key=${item.frame} item=${item} isOpen=${isOpen} show=${setLarge} />`)}
       </ol>
       ${frames?.cursor && items.length > 0 && html`<${More} what="more frames" load=${loadMoreFrames} />`}

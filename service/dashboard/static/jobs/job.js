@@ -1,6 +1,6 @@
-// One job: its status, its results, its errors, and the actions that are allowed.
-import { useEffect, useRef, useState } from "preact/hooks";
-import { sendAction } from "../api/operations.js";
+// One job: its status, its results, and its errors.
+import { useEffect, useState } from "preact/hooks";
+import { Actions } from "./actions.js";
 import { Design } from "../new-job/design.js";
 import { Failures } from "./failures.js";
 import { count, duration, jobName, many, percent, secondsBetween } from "../shared/format.js";
@@ -9,24 +9,14 @@ import { html } from "../shared/html.js";
 import { Ago, Badge, Bar } from "../shared/parts.js";
 import { loadJob } from "../state/live.js";
 import { Rig } from "./rig.js";
-import { fetchJob, mayChange, useKnown } from "../state/store.js";
+import { useKnown } from "../state/store.js";
 import { Videos } from "./videos.js";
+import { Tasks } from "./tasks.js";
+import { Timeline } from "./timeline.js";
 import { Wait, WaitingTasks } from "./waits.js";
-
-// The buttons for actions; the service lists with every job those that are allowed. Others have no button.
-const LABELS = {
-  pause: "Pause",
-  resume: "Resume",
-  cancel: "Cancel",
-  retry: "Retry",
-  repair: "Repair",
-  skip: "Skip failed frames",
-};
-const canBegin = (job, action) => action in LABELS && (action !== "skip" || job.tasks.failed > 0);
 
 export function Job({ id }) {
   const job = useKnown((known) => known.jobs[id], [id]);
-  const canChange = useKnown((known) => job !== undefined && mayChange(known, job), [job?.owner_id]);
   const [fault, setFault] = useState("This job was removed.");
   useEffect(() => {
     if (!job) setFault("");
@@ -35,14 +25,18 @@ export function Job({ id }) {
   useEffect(() => {
     document.title = job ? `${jobName(job)} – Lippmann` : "Lippmann";
   }, [job && jobName(job)]);
-  if (!job) return html`<p class=${fault ? "fault" : "quiet"}>${fault || "Loading …"}</p>`;
+  if (!job)
+    return html`
+      <p class=${fault ? "fault" : "quiet"} role="status">${fault || "Loading …"}</p>
+      ${fault && html`<p><a href="#/">All jobs</a></p>`}
+    `;
   return html`
     <article class="job">
       <a class="back" href="#/">← All jobs</a>
       <header>
         <h1>${jobName(job)}</h1>
         <${Badge} status=${job.status} />
-        ${canChange && html`<${Actions} job=${job} />`}
+        <${Actions} job=${job} />
       </header>
       <${Progress} job=${job} />
       <${Wait} job=${job} />
@@ -54,6 +48,8 @@ export function Job({ id }) {
           <${Frames} job=${job} />
           <${Failures} job=${job} />
           <${WaitingTasks} job=${job} />
+          <${Timeline} job=${job} />
+          <${Tasks} job=${job} />
           <${Optics} job=${job} />
         </div>
         <${Rig} job=${job} />
@@ -67,7 +63,9 @@ function Progress({ job }) {
   const open = tasks.waiting + tasks.ready + tasks.dispatched;
   const parts = [
     `${count(job.frames_done)} / ${many(job.frames_total, "frame")}`,
-    job.status === "running" && job.eta_s !== null && `about ${duration(job.eta_s)} left`,
+    job.status === "running" &&
+      job.eta_s !== null &&
+      `about ${duration(job.eta_s)} left on ${many(tasks.running, "slot")}`,
     job.started_at && job.ended_at && `took ${duration(secondsBetween(job.started_at, job.ended_at))}`,
     `${many(tasks.done, "task")} done`,
     tasks.running > 0 && `${count(tasks.running)} running`,
@@ -119,43 +117,3 @@ const Fault = ({ error }) => html`
     <pre tabindex="0">${error.message}</pre>
   </section>
 `;
-
-function Actions({ job }) {
-  const [busy, setBusy] = useState(false);
-  const [fault, setFault] = useState("");
-  const dialog = useRef(null);
-  const run = async (action) => {
-    setBusy(true);
-    setFault("");
-    try {
-      await fetchJob(() => sendAction(job.id, action));
-    } catch (error) {
-      setFault(error.message);
-    }
-    setBusy(false);
-  };
-  const ask = (action) => (action === "cancel" ? dialog.current.showModal() : run(action));
-  const answer = (event) => event.target.returnValue === "yes" && run("cancel");
-  return html`
-    <div class="actions">
-      ${job.actions
-        .filter((action) => canBegin(job, action))
-        .map(
-          (action) => html`
-        <button key=${action} disabled=${busy} onClick=${() => ask(action)}>${LABELS[action]}</button>
-      `,
-        )}
-    </div>
-    ${fault && html`<p class="fault" role="alert">${fault}</p>`}
-    <dialog ref=${dialog} class="ask" aria-labelledby="ask-title" onClose=${answer}>
-      <form method="dialog">
-        <h2 id="ask-title">Cancel this job?</h2>
-        <p>Running tasks are stopped. Finished frames stay, and a retry continues from there.</p>
-        <p class="choices">
-          <button value="no" autofocus>Keep the job</button>
-          <button value="yes" class="danger">Cancel the job</button>
-        </p>
-      </form>
-    </dialog>
-  `;
-}

@@ -1,7 +1,7 @@
 // The specification of a job: optics, sequence, and the notes of the check of the optics.
-import { link } from "../api/operations.js";
 import { by, count, duration, quantity } from "../shared/format.js";
 import { html } from "../shared/html.js";
+import { JobFile } from "./job_file.js";
 
 export function Rig({ job }) {
   const { size, spec } = job;
@@ -28,7 +28,7 @@ export function Rig({ job }) {
       <dl>${facts.map(pair)}</dl>
       ${parameters.length > 0 && html`<h3>Parameters</h3><dl>${parameters.map(pair)}</dl>`}
       ${job.notes.length > 0 && html`<h3>Notes</h3>${job.notes.map((note) => html`<p class="note">${note}</p>`)}`}
-      <p><a href=${link(`/api/v1/jobs/${job.id}`)} target="_blank">The job as JSON</a></p>
+      <${JobFile} job=${job} />
     </aside>
   `;
 }

@@ -4,7 +4,7 @@ import { patchJob, removeJob, sendAction } from "../api/operations.js";
 import { Confirm } from "../shared/confirm.js";
 import { bytes, count, jobName, many } from "../shared/format.js";
 import { html } from "../shared/html.js";
-import { fetchJob, useKnown } from "../state/store.js";
+import { dropJob, fetchJob, useKnown } from "../state/store.js";
 
 const AT_ONCE = 4; // requests
 const SHOWN = 3; // failures
@@ -27,7 +27,7 @@ export function Several({ picked, setPicked }) {
     const one = async () => {
       for (let job = left.shift(); job; job = left.shift()) {
         await send(job).then(
-          () => action === "remove" && gone.push(job.id),
+          () => action === "remove" && (dropJob(job.id), gone.push(job.id)),
           (error) => state.faults.push(`${jobName(job)}: ${error.message}`),
         );
         state.done += 1;

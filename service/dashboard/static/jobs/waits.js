@@ -55,7 +55,7 @@ function Tasks({ id }) {
   useEffect(() => {
     const load = async () => {
       try {
-        const pages = await Promise.all(STATUSES.map((status) => getTasks(id, status, SHOWN)));
+        const pages = await Promise.all(STATUSES.map((status) => getTasks(id, { status, limit: SHOWN })));
         setTasks(pages.flatMap((page) => page.items));
         setFault("");
       } catch (error) {

@@ -1,6 +1,7 @@
 // Keeps the state of the page current by one event stream; while the stream is interrupted, by polling.
 import { eventsUrl, getHealth, getJob, getSession } from "../api/operations.js";
 import { hearFrame, renewPages } from "./frame_pages.js";
+import { hearStatus, renewStatuses } from "./frame_statuses.js";
 import { hearOfListed, reloadList, renewSoon } from "./job_list.js";
 import { change, dropJob, fetchJob, getState, hear } from "./store.js";
 
@@ -31,6 +32,7 @@ function connect() {
   listen("job", hearJob);
   listen("progress", hearProgress);
   listen("frame", hearFrame);
+  listen("frame", hearStatus);
   listen("reset", refresh); // Events are missing that are no longer stored.
 }
 
@@ -58,7 +60,10 @@ function hearJob(job) {
   if (mayWait(job)) waitsTimer ??= setTimeout(() => renewWaits().catch(() => {}), WAITS_PAUSE_MS);
   const frames = getState().frames;
   // Retry and cancel change many frames without an event for each.
-  if (frames?.job === job.id && before?.status !== job.status) renewPages();
+  if (before?.status === job.status) return;
+  renewSoon();
+  if (frames?.job === job.id) renewPages();
+  if (getState().grid?.job === job.id) renewStatuses();
 }
 
 function hearProgress(news) {
@@ -71,6 +76,7 @@ async function refresh() {
   try {
     await Promise.all([reloadList(), loadHealth(), loadSession()]);
     const frames = getState().frames;
+    renewStatuses();
     if (frames) {
       if (!(frames.job in getState().jobs)) await loadJob(frames.job);
       renewPages();

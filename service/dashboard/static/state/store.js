@@ -12,6 +12,7 @@ let state = {
   jobs: {}, // by id
   // of the list: the query; the ids of jobs by their rows; whether the order is no longer right
   list: { query: null, isLoaded: false, total: 0, ids: {}, isStale: false, fault: "" },
+  grid: null, // the statuses of all frames of the open job; see frame_statuses.js
   frames: null, // of the open job: {job, pages: [{cursor, items}], cursor}
 };
 const watchers = new Set();

@@ -1,0 +1,77 @@
+// The timeline of attempts by worker.
+import { useEffect, useState } from "preact/hooks";
+import { getAttempts } from "../api/operations.js";
+import { count, duration, exactTime } from "../shared/format.js";
+import { html } from "../shared/html.js";
+import { place } from "./failures.js";
+import { layOut, ticksOf } from "./timeline_layout.js";
+
+const RENEW_MS = 3000;
+const MOST = 500;
+const TICKS = 6;
+const SLOT_PX = 14;
+
+export function Timeline({ job }) {
+  const [isOpen, setOpen] = useState(false);
+  if (!job.started_at) return null;
+  return html`
+    <section>
+      <details onToggle=${(event) => setOpen(event.target.open)}>
+        <summary>Attempts by worker</summary>
+        ${isOpen && html`<${Lanes} job=${job} />`}
+      </details>
+    </section>
+  `;
+}
+
+function Lanes({ job }) {
+  const [list, setList] = useState(null);
+  const [fault, setFault] = useState("");
+  const isOver = Boolean(job.ended_at);
+  useEffect(() => {
+    const show = (found) => (setList({ ...found, now_s: Date.now() / 1000 }), setFault(""));
+    const load = () => getAttempts(job.id, MOST).then(show, (error) => setFault(error.message));
+    load();
+    const timer = isOver ? null : setInterval(load, RENEW_MS);
+    return () => clearInterval(timer);
+  }, [job.id, isOver]);
+  if (fault) return html`<p class="fault" role="alert">${fault}</p>`;
+  if (!list) return html`<p class="quiet">Loading …</p>`;
+  const { workers, start_s, end_s } = layOut(list.items, list.now_s);
+  const length_s = Math.max(0.001, end_s - start_s);
+  const part = (at_s) => `${(100 * (at_s - start_s)) / length_s}%`;
+  const isPart = list.total > list.items.length;
+  const wide = (time_s) => `${Math.max(0.15, (100 * time_s) / length_s)}%`;
+  return html`
+    <div class="timeline">
+      ${workers.map(
+        ({ name, slots }) => html`
+        <div key=${name} class="lane">
+          <span class="name">${name}</span>
+          <svg height=${slots.length * SLOT_PX} role="img"
+            aria-label="${name}: ${count(slots.flat().length)} attempts in ${slots.length} slots">
+            ${slots.map((bars, slot) => bars.map((bar) => html`<${Bar} key=${bar.task} ...${{ bar, slot, part, wide }} />`))}
+          </svg>
+        </div>
+      `,
+      )}
+      <p class="axis numbers">
+        ${ticksOf(length_s, TICKS).map(
+          (at_s) => html`<span key=${at_s} style=${{ left: part(start_s + at_s) }}>${duration(at_s)}</span>`,
+        )}
+      </p>
+    </div>
+    <p class="quiet">
+      The latest attempt of each task${isPart && `, the last ${count(list.items.length)} of ${count(list.total)}`},
+      ${" "}from ${exactTime(start_s * 1000)} on.
+    </p>
+  `;
+}
+
+function Bar({ bar, slot, part, wide }) {
+  const words = `${place(bar)}, attempt ${bar.number}: ${bar.status}, ${duration(bar.end_s - bar.start_s)}`;
+  return html`
+    <rect class=${bar.status} x=${part(bar.start_s)} y=${slot * SLOT_PX + 1} width=${wide(bar.end_s - bar.start_s)}
+      height=${SLOT_PX - 3}><title>${words}</title></rect>
+  `;
+}

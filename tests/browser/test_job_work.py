@@ -1,0 +1,114 @@
+"""The work of a job: 10,000 frames by status, tiles, tasks, attempts, logs; the job file, and what may not be done."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+from playwright.sync_api import Page, expect
+from sqlalchemy import update
+
+from lippmann.job.messages.orders import TaskKind, TileIndex
+from lippmann.job.states import TaskStatus
+from lippmann.plan import artifact_names as names
+from service.db.tables import Task
+from service.schemas.access import Role
+from tests.browser.conftest import Farm
+from tests.browser.test_job_list import LONGEST_FRAME_MS
+from tests.waiting import until
+
+FRAMES = 10_000
+DONE = 4_000
+SCROLL = """async () => {
+  const gaps = [];
+  let before = performance.now();
+  for (let step = 0; step < 60; step++) {
+    scrollTo(0, (step / 60) * document.body.scrollHeight);
+    await new Promise(requestAnimationFrame);
+    const now = performance.now();
+    gaps.push(now - before);
+    before = now;
+  }
+  scrollTo(0, 0);
+  return gaps.sort((a, b) => a - b).at(-3);
+}"""
+
+
+def test_ten_thousand_frames_are_one_smooth_grid_that_opens_them(
+    page: Page, farm: Farm, log_in: Callable[[], Page]
+) -> None:
+    farm.studio.hold()
+    job_id = farm.submit(frames=f"1-{FRAMES}", outputs=[], render={"tiles": [1, 1]})
+    until(lambda: farm.service.status(job_id) == "running")
+    with farm.service.state.database.writing() as session:
+        done = (Task.job_id == job_id) & (Task.frame > FRAMES - DONE)
+        session.execute(update(Task).where(done).values(status=TaskStatus.DONE))
+    log_in()
+    grid = page.get_by_role("group", name="All frames by status")
+    expect(grid.get_by_role("list")).to_contain_text("4,000 done")
+    square = grid.get_by_role("slider", name="Frame")
+    assert grid.locator("*").count() < 40
+    assert page.evaluate(SCROLL) < LONGEST_FRAME_MS
+    square.focus()
+    page.keyboard.press("End")
+    expect(square).to_have_attribute("aria-valuetext", "Frame 10000, done")
+    page.keyboard.press("Enter")
+    expect(page.get_by_role("region", name="Frame 10000")).to_contain_text("assemble")
+    assert "frame=10000" in page.url
+
+
+def test_tiles_tasks_attempts_and_a_log_are_shown_while_a_job_runs(
+    page: Page, farm: Farm, log_in: Callable[[], Page]
+) -> None:
+    farm.studio.hold()
+    job_id = farm.submit(frames="1-2", outputs=[], render={"tiles": [2, 2]})
+    until(lambda: farm.service.client.get(f"/jobs/{job_id}/attempts").json()["total"] >= 2)
+    log_in()
+    page.get_by_role("slider", name="Frame").click(position={"x": 5, "y": 5})
+    frame = page.get_by_role("region", name="Frame 1")
+    tiles = frame.get_by_role("list", name="Tiles").get_by_role("listitem")
+    expect(tiles).to_have_count(4)
+    expect(tiles.first).to_have_text("30\u202f%")
+    task = farm.service.client.get(f"/jobs/{job_id}/tasks", params={"status": "running"}).json()["items"][0]
+    name = names.log_name(TaskKind.RENDER, task["frame"], TileIndex(**task["tile"]), None, 1)
+    farm.service.parts.store.put_bytes(names.job_artifact(job_id, name), b"Parsing 1 s\n")
+    frame.get_by_role("button", name="Log of render · frame 1 · tile 0-0").click()
+    log = page.get_by_role("region", name="Log of render")
+    expect(log).to_contain_text("Parsing 1 s")
+    farm.service.parts.store.put_bytes(names.job_artifact(job_id, name), b"Parsing 1 s\nRendering row 7\n")
+    expect(log).to_contain_text("Rendering row 7")
+    farm.studio.let(100)
+    expect(tiles.first).to_have_text("done")
+    page.get_by_text("Attempts by worker").click()
+    expect(page.get_by_role("img", name="w1: 11 attempts")).to_be_visible()
+    page.get_by_text("All tasks").click()
+    page.get_by_label("Kind").select_option("assemble")
+    expect(page.locator(".tasks").last.locator("tbody tr")).to_have_count(2)
+
+
+def test_the_job_file_is_saved_and_a_removal_says_what_goes(
+    page: Page, farm: Farm, log_in: Callable[..., Page]
+) -> None:
+    kept, removed = (farm.submit(title=title, frames="1", outputs=[]) for title in ("Kept", "Gone"))
+    until(lambda: farm.service.status(kept) == farm.service.status(removed) == "done")
+    log_in()
+    page.get_by_role("link", name="Gone").click()
+    with page.expect_download() as saved:
+        page.get_by_role("button", name="Download", exact=False).first.click()
+    assert json.loads(Path(saved.value.path()).read_text())["title"] == "Gone"
+    expect(page.get_by_role("link", name="Run again changed")).to_have_attribute("href", f"#/new?from={removed}")
+    page.get_by_role("button", name="Remove", exact=True).click()
+    question = page.get_by_role("dialog", name="Remove this job?")
+    expect(question).to_contain_text("1 finished frame")
+    expect(question).to_contain_text("files")
+    question.get_by_role("button", name="Remove the job").click()
+    expect(page.get_by_role("heading", name="Kept")).to_be_visible()
+    assert farm.service.client.get(f"/jobs/{removed}").status_code == 404
+    page.get_by_role("button", name="Log out").click()
+    page.get_by_label("API key").wait_for()
+    log_in(farm.service.new_key(Role.VIEWER))
+    expect(page.get_by_text("Your key may look, and change nothing.")).to_be_visible()
+    expect(page.get_by_role("button", name="Remove", exact=True)).to_have_count(0)
+    expect(page.get_by_role("checkbox")).to_have_count(0)
+    expect(page.get_by_role("link", name="Run again changed")).to_have_count(0)
