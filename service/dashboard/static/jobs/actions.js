@@ -48,6 +48,7 @@ function Buttons({ job }) {
     }
     setBusy(false);
   };
+  const begin = (action) => (ASKED.includes(action) ? setAsked(action) : run(action));
   const answer = (isYes) => {
     setAsked("");
     if (isYes) run(asked);
@@ -58,7 +59,7 @@ function Buttons({ job }) {
         .filter((action) => canBegin(job, action))
         .map(
           (action) => html`
-        <button key=${action} disabled=${busy} onClick=${() => (ASKED.includes(action) ? setAsked(action) : run(action))}>
+        <button key=${action} disabled=${busy} onClick=${() => begin(action)}>
           ${LABELS[action]}
         </button>
       `,

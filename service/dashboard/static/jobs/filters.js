@@ -4,6 +4,8 @@ import { write } from "../shared/address.js";
 import { useKnown } from "../state/store.js";
 import { addressOf, isFiltered, SORTS, STATUSES } from "./list_query.js";
 
+const choice = ([value, [title]]) => html`<option key=${value} value=${value}>${title}</option>`;
+
 export function Filters({ query }) {
   const jobs = useKnown((known) => known.jobs);
   const session = useKnown((known) => known.session);
@@ -17,7 +19,7 @@ export function Filters({ query }) {
         value=${query.search} onInput=${(event) => set({ search: event.target.value })} />
       <select aria-label="Status" value=${query.status} onChange=${(event) => set({ status: event.target.value })}>
         <option value="">All statuses</option>
-        ${Object.entries(STATUSES).map(([value, [title]]) => html`<option key=${value} value=${value}>${title}</option>`)}
+        ${Object.entries(STATUSES).map(choice)}
       </select>
       <select aria-label="Owner" value=${query.owner} onChange=${(event) => set({ owner: event.target.value })}>
         <option value="">All owners</option>
@@ -26,7 +28,7 @@ export function Filters({ query }) {
       </select>
       <select aria-label="Sort by" value=${query.sort}
         onChange=${(event) => set({ sort: event.target.value, ascending: SORTS[event.target.value][1] })}>
-        ${Object.entries(SORTS).map(([value, [title]]) => html`<option key=${value} value=${value}>${title}</option>`)}
+        ${Object.entries(SORTS).map(choice)}
       </select>
       <p>
         <button class="direction" aria-label=${query.ascending ? "Lowest first" : "Highest first"}

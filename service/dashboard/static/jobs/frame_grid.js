@@ -36,6 +36,7 @@ export function FrameGrid({ job }) {
     setPicked(grid.numbers[at]);
     if (STATUSES[grid.statuses[at]] === "done") write({ frame: grid.numbers[at] }, { replace: false });
   };
+  const close = () => setPicked(null);
   const at = (event) => squareAt(layout, event.offsetX, event.offsetY);
   const key = (event) => {
     if (event.key === "Enter" || event.key === " ") open(square);
@@ -59,7 +60,7 @@ export function FrameGrid({ job }) {
         }
       </div>
       <p class="numbers pointed">${total > 0 ? words(hover < 0 ? square : hover) : ""}</p>
-      ${picked !== null && html`<${FrameTasks} key=${picked} job=${job} frame=${picked} close=${() => setPicked(null)} />`}
+      ${picked !== null && html`<${FrameTasks} key=${picked} job=${job} frame=${picked} close=${close} />`}
     </div>
   `;
 }

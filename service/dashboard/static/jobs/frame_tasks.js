@@ -22,13 +22,14 @@ export function FrameTasks({ job, frame, close }) {
   }, [job.id, frame, isOver]);
   const tiles = tasks.filter((task) => task.kind === "render" && task.tile);
   const cols = tiles.reduce((most, { tile }) => Math.max(most, tile.col + 1), 1);
+  const gridTemplateColumns = `repeat(${cols}, minmax(0, 2.6rem))`;
   return html`
     <section class="of-frame" aria-label="Frame ${frame}">
       <h3>Frame ${frame} <button class="plain" onClick=${close}>Close</button></h3>
       ${fault && html`<p class="fault" role="alert">${fault}</p>`}
       ${
         tiles.length > 1 &&
-        html`<ol class="tiles" aria-label="Tiles" style=${{ gridTemplateColumns: `repeat(${cols}, minmax(0, 2.6rem))` }}>
+        html`<ol class="tiles" aria-label="Tiles" style=${{ gridTemplateColumns }}>
           ${tiles.map((task) => html`<${Tile} key=${task.id} task=${task} />`)}
         </ol>`
       }

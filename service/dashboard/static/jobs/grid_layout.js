@@ -1,8 +1,9 @@
 // A grid of small squares, one for each frame: where they are, and which one is at a place.
 
 const MAX_HEIGHT_PX = 1600;
-const SIZES_PX = [22, 16, 12, 9, 7, 5, 4, 3]; // The distance from square to square; the first that makes the grid low enough.
 const LOW_PX = 420;
+// The distance from square to square: the first that makes the grid low.
+const SIZES_PX = [22, 16, 12, 9, 7, 5, 4, 3];
 
 // The grid of some frames on some width: columns, rows, and the distance from square to square.
 export function gridOf(total, width_px) {

@@ -62,7 +62,7 @@ export function JobList({ open }) {
       </p>
       ${list.isLoaded && list.total === 0 && html`<${Empty} query=${query} canSubmit=${canSelect} />`}
       <ol ref=${rows} style=${{ height: `${list.total * ROW_PX}px` }} ...${hold.listeners}>${shown}</ol>
-      <p class="unseen" role="status">${list.isLoaded && isFiltered(query) ? `${many(list.total, "job")} found` : ""}</p>
+      <p class="unseen" role="status">${list.isLoaded && isFiltered(query) && `${many(list.total, "job")} found`}</p>
     </nav>
   `;
 }

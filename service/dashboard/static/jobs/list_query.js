@@ -1,6 +1,6 @@
 // What the list of jobs shows: filters and order, in the address and in the request to the API.
 
-// The orders by the names of the API: the title, and whether the lowest value comes first unless the user says otherwise.
+// The orders by the names of the API: the title, and whether the lowest value comes first by default.
 export const SORTS = {
   created: ["Submitted", false],
   name: ["Name", true],

@@ -38,6 +38,7 @@ export function Log({ job, task, close }) {
     if (isAtEnd.current && box.current) box.current.scrollTop = box.current.scrollHeight;
   }, [text]);
   const follow = ({ target }) => (isAtEnd.current = target.scrollTop + target.clientHeight > target.scrollHeight - 20);
+  const choose = (event) => setAttempt(Number(event.target.value));
   const numbers = Array.from({ length: now.attempt_number }, (_, index) => index + 1);
   const part = text && text.length > MOST_CHARS ? `…${text.slice(-MOST_CHARS)}` : text;
   return html`
@@ -46,7 +47,7 @@ export function Log({ job, task, close }) {
         Log of ${place(task)}
         ${
           numbers.length > 1 &&
-          html`<select aria-label="Attempt" value=${attempt} onChange=${(event) => setAttempt(Number(event.target.value))}>
+          html`<select aria-label="Attempt" value=${attempt} onChange=${choose}>
             ${numbers.map((number) => html`<option key=${number} value=${number}>attempt ${number}</option>`)}
           </select>`
         }

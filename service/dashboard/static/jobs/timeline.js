@@ -40,6 +40,7 @@ function Lanes({ job }) {
   const { workers, start_s, end_s } = layOut(list.items, list.now_s);
   const length_s = Math.max(0.001, end_s - start_s);
   const part = (at_s) => `${(100 * (at_s - start_s)) / length_s}%`;
+  const shown = count(list.items.length);
   const isPart = list.total > list.items.length;
   const wide = (time_s) => `${Math.max(0.15, (100 * time_s) / length_s)}%`;
   return html`
@@ -50,7 +51,7 @@ function Lanes({ job }) {
           <span class="name">${name}</span>
           <svg height=${slots.length * SLOT_PX} role="img"
             aria-label="${name}: ${count(slots.flat().length)} attempts in ${slots.length} slots">
-            ${slots.map((bars, slot) => bars.map((bar) => html`<${Bar} key=${bar.task} ...${{ bar, slot, part, wide }} />`))}
+            ${slots.map((bars, slot) => bars.map((bar) => rectangle({ bar, slot, part, wide })))}
           </svg>
         </div>
       `,
@@ -62,16 +63,16 @@ function Lanes({ job }) {
       </p>
     </div>
     <p class="quiet">
-      The latest attempt of each task${isPart && `, the last ${count(list.items.length)} of ${count(list.total)}`},
+      The latest attempt of each task${isPart && `, the last ${shown} of ${count(list.total)}`},
       ${" "}from ${exactTime(start_s * 1000)} on.
     </p>
   `;
 }
 
-function Bar({ bar, slot, part, wide }) {
+function rectangle({ bar, slot, part, wide }) {
   const words = `${place(bar)}, attempt ${bar.number}: ${bar.status}, ${duration(bar.end_s - bar.start_s)}`;
   return html`
-    <rect class=${bar.status} x=${part(bar.start_s)} y=${slot * SLOT_PX + 1} width=${wide(bar.end_s - bar.start_s)}
-      height=${SLOT_PX - 3}><title>${words}</title></rect>
+    <rect key=${bar.task} class=${bar.status} x=${part(bar.start_s)} y=${slot * SLOT_PX + 1}
+      width=${wide(bar.end_s - bar.start_s)} height=${SLOT_PX - 3}><title>${words}</title></rect>
   `;
 }
