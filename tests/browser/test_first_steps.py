@@ -155,8 +155,6 @@ def test_the_pointer_turns_the_fish(worked: Clone, chromium: Browser) -> None:
     # Without motion the picture follows the pointer at once, and without a graphics card every pixel costs.
     page = chromium.new_context(viewport={"width": 900, "height": 600}, reduced_motion="reduce").new_page()
     page.goto(worked.opened.read_text().strip())
-    page.get_by_role("button", name="Frame 1, show large").click()
-    page.get_by_role("button", name="Look around", exact=True).click()
     stage = page.locator(".stage")
     expect(stage.locator("canvas")).to_be_visible()
     box = stage.bounding_box()

@@ -64,23 +64,42 @@ def test_a_frame_that_ends_while_the_frames_are_on_their_way_is_shown(
 
 
 @pytest.mark.usefixtures("done_job")
-def test_a_frame_is_shown_large_pixel_by_pixel_and_the_keys_lead_on(page: Page, log_in: Callable[[], Page]) -> None:
+def test_a_sheet_is_shown_down_to_one_cell_and_frames_play(page: Page, log_in: Callable[[], Page]) -> None:
     log_in()
+    viewer, stage = page.get_by_role("region", name="Picture"), page.locator(".stage")
+    expect(page.get_by_role("img", name="Frame 6")).to_be_visible()  # The newest, by itself.
     page.get_by_role("button", name="Frame 2, show large").click()
-    large = page.get_by_role("dialog", name="Frame 2").get_by_role("img")
-    assert _shown_px(large) == LENSES * PX
-    expect(large).to_have_css("image-rendering", "pixelated")
-    page.keyboard.press("ArrowRight")
-    expect(page.get_by_role("dialog", name="Frame 3")).to_contain_text("96 \u00d7 96 px")
-    page.keyboard.press("2")
-    expect(page.get_by_role("img", name="Frame 3, orthoscopic")).to_be_visible()
-    page.keyboard.press("3")
-    views = page.get_by_role("img", name="Frame 3, views")
-    for _ in range(4):
-        page.keyboard.press("+")
-    expect(views).to_have_css("width", f"{8 * LENSES * PX}px")
-    page.keyboard.press("Escape")
-    expect(page.get_by_role("dialog")).to_have_count(0)
+    expect(viewer).to_contain_text("Frame 2")
+    stage.focus()
+    page.keyboard.press("4")
+    sheet = page.get_by_role("img", name="Frame 2, sheet")
+    assert _shown_px(sheet) == LENSES * PX
+    expect(sheet).to_have_css("image-rendering", "pixelated")
+    expect(viewer).to_contain_text("Orthoscopic, 96 \u00d7 96 px")
+    page.get_by_role("button", name="One cell").click()
+    until(lambda: _width(sheet) > 0.7 * LENSES * min(_width(stage), _height(stage)))
+    stage.focus()
+    page.keyboard.press("0")
+    until(lambda: _height(sheet) == _height(stage))
+    page.keyboard.press("PageDown")
+    expect(page.get_by_role("img", name="Frame 3, sheet")).to_be_visible()
+    page.go_back()  # To where another mode was chosen,
+    expect(page.get_by_role("img", name="Frame 2, looked around")).to_be_visible()
+    page.get_by_role("button", name="Play").click()
+    page.wait_for_url("**frame=4**")
+    page.get_by_role("button", name="Pause").click()
+    page.keyboard.press("f")
+    until(lambda: page.evaluate("document.fullscreenElement?.className.includes('looker')"))
+    page.keyboard.press("f")
+    until(lambda: page.evaluate("document.fullscreenElement === null"))
+
+
+def _width(shown: Locator) -> float:
+    return float(shown.evaluate("shown => shown.getBoundingClientRect().width"))
+
+
+def _height(shown: Locator) -> float:
+    return float(shown.evaluate("shown => shown.getBoundingClientRect().height"))
 
 
 def test_finished_videos_play_and_all_can_be_taken_home(page: Page, done_job: str, log_in: Callable[[], Page]) -> None:

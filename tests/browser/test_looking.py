@@ -31,8 +31,10 @@ READ = """(canvas, [rows, cols]) => {
   const context = copy.getContext("2d");
   context.drawImage(canvas, 0, 0);
   const data = context.getImageData(0, 0, copy.width, copy.height).data;
+  const times = Math.min(copy.width / cols, copy.height / rows);
+  const [left, top] = [(copy.width - cols * times) / 2, (copy.height - rows * times) / 2];
   const at = (row, col) =>
-    4 * (Math.floor((row + 0.5) * copy.height / rows) * copy.width + Math.floor((col + 0.5) * copy.width / cols));
+    4 * (Math.floor(top + (row + 0.5) * times) * copy.width + Math.floor(left + (col + 0.5) * times));
   return Array.from({length: rows}, (_, row) =>
     Array.from({length: cols}, (_, col) => Array.from(data.slice(at(row, col), at(row, col) + 3))));
 }"""
@@ -46,7 +48,7 @@ HTMLCanvasElement.prototype.getContext = function (kind, ...more) {
 
 
 class Viewer:
-    """The large view of a job's first frame, and what its canvas shows."""
+    """The viewer of a job, and what its canvas shows."""
 
     def __init__(self, page: Page, layout: CellLayout) -> None:
         self.page, self.layout = page, layout
@@ -57,7 +59,7 @@ class Viewer:
         return self.stage.locator("canvas")
 
     def choose(self, name: str) -> None:
-        self.page.get_by_role("button", name=name, exact=True).click()
+        self.page.get_by_role("radio", name=name, exact=True).check()
 
     def pixels(self) -> NDArray[np.int64]:
         """Return the codes in the middle of every lens, `(rows, cols, 3)`."""
@@ -65,6 +67,10 @@ class Viewer:
 
     def shows(self, expected: NDArray[Any], *, within: int = 2) -> bool:
         return bool(np.abs(self.pixels() - expected).max() <= within)
+
+    def bar_col(self) -> int:
+        """Return the column of the bar that floats before the display."""
+        return int(self.pixels()[0, :, 2].argmax())
 
     def drag(self, across_px: float, down_px: float) -> None:
         box = self.stage.bounding_box()
@@ -84,151 +90,153 @@ def codes(layout: CellLayout, frame: int, u: int, v: int) -> NDArray[Any]:
 def open_frame(page: Page, farm: Farm, log_in: Callable[[], Page]) -> Callable[..., Viewer]:
     """Return how to open the first frame of a small job of some lattice."""
 
-    def go(layout: CellLayout = SQUARE, *, moves: bool = False) -> Viewer:
+    def go(layout: CellLayout = SQUARE, *, moves: bool = False, query: str = "pixels=1") -> Viewer:
         rig = RIG | {"lens_array": {"count": [LENSES, LENSES], "lattice": layout.lattice}}
         job_id = farm.submit(rig=rig, frames="1-2", outputs=[])
         until(lambda: farm.service.status(job_id) == "done")
         page.emulate_media(reduced_motion="no-preference" if moves else "reduce")
         page.set_viewport_size({"width": 900, "height": 600})  # Without a graphics card every pixel costs.
         log_in()
-        page.get_by_role("button", name="Frame 1, show large").click()
+        page.evaluate("hash => { location.hash = hash; }", f"#/jobs/{job_id}?frame=1&{query}")
         return Viewer(page, layout)
 
     return go
 
 
-def test_keys_lead_from_view_to_view_and_stay_when_the_frame_changes(open_frame: Callable[..., Viewer]) -> None:
+def test_the_scene_follows_the_hand_and_a_link_shows_the_same_pixels(open_frame: Callable[..., Viewer]) -> None:
     viewer = open_frame()
-    u, v = centre(SQUARE)
-    viewer.choose("Look around")
-    viewer.choose("Pixels")
+    page, (u, v) = viewer.page, centre(SQUARE)
     until(lambda: viewer.shows(codes(SQUARE, 1, u, v)))
-    expect(viewer.page.get_by_role("application", name="Frame 1, looked around")).to_be_visible()
-    viewer.page.keyboard.press("ArrowRight")
-    viewer.page.keyboard.press("ArrowRight")
-    viewer.page.keyboard.press("ArrowUp")
-    until(lambda: viewer.shows(codes(SQUARE, 1, u + 2, v - 1)))
-    viewer.page.keyboard.press("PageDown")
-    until(lambda: viewer.shows(codes(SQUARE, 2, u + 2, v - 1)))
-    expect(viewer.page.get_by_role("dialog", name="Frame 2")).to_contain_text(f"view {u + 2}, {v - 1} of 8 \u00d7 8")
-    viewer.choose("Smooth")
-    until(lambda: not viewer.shows(codes(SQUARE, 2, u + 2, v - 1)))
-
-
-def test_a_drag_to_the_right_moves_the_eye_there_and_between_views_they_are_mixed(
-    open_frame: Callable[..., Viewer],
-) -> None:
-    viewer = open_frame()
-    u, v = centre(SQUARE)
-    viewer.choose("Look around")
-    viewer.choose("Pixels")
-    until(lambda: viewer.shows(codes(SQUARE, 1, u, v)))
+    near_col = viewer.bar_col()
+    viewer.stage.focus()
+    page.keyboard.press("ArrowRight")
+    page.keyboard.press("ArrowRight")
+    page.keyboard.press("ArrowUp")
+    until(lambda: viewer.shows(codes(SQUARE, 1, u - 2, v + 1)))  # The eye goes left and down,
+    assert viewer.bar_col() == near_col + 2  # and what is near goes right, as the hand does.
     viewer.drag(40, 0)
-    first = codes(SQUARE, 1, u, v)[0, 0]
-    until(lambda: viewer.pixels()[0, 0, 0] > first[0] + 2)
+    until(lambda: viewer.bar_col() > near_col + 2)
     mixed = viewer.pixels()[0, 0]
-    assert mixed[0] not in [codes(SQUARE, 1, number, v)[0, 0, 0] for number in range(PX)]
-    np.testing.assert_array_equal(mixed[1:], first[1:])
-    viewer.drag(-1000, 1000)
+    assert mixed[0] not in [codes(SQUARE, 1, number, v)[0, 0, 0] for number in range(PX)], "between views"
+    viewer.drag(1000, -1000)
     until(lambda: viewer.shows(codes(SQUARE, 1, 0, PX - 1)))
+    page.keyboard.press("PageDown")
+    until(lambda: viewer.shows(codes(SQUARE, 2, 0, PX - 1)))
+    expect(page.locator(".looker")).to_contain_text(f"view 0, {PX - 1} of 8 \u00d7 8")
+    viewer.choose("Smooth")
+    for _ in range(3):
+        page.keyboard.press("+")
+    page.wait_for_url("**frame=2**zoom=1.95313**")
+    shown = _steady(viewer)
+    other = page.context.new_page()
+    other.set_viewport_size({"width": 900, "height": 600})
+    other.emulate_media(reduced_motion="reduce")
+    other.goto(page.url)
+    assert _steady(Viewer(other, SQUARE)) == shown
+    other.close()
+
+
+def _steady(viewer: Viewer) -> str:
+    """Return the exact pixels once everything is loaded and at rest."""
+    expect(viewer.stage.locator("canvas[aria-busy=false]")).to_be_visible()
+    return str(until(lambda: _at_rest(viewer)))
+
+
+def _at_rest(viewer: Viewer) -> str | None:
+    before = viewer.canvas.evaluate("canvas => canvas.toDataURL()")
+    viewer.page.evaluate(FRAMES_OF_THE_SCREEN, 20)
+    viewer.page.wait_for_timeout(200)
+    return str(before) if viewer.canvas.evaluate("canvas => canvas.toDataURL()") == before else None
 
 
 def test_where_a_hexagonal_lens_has_no_view_the_nearest_is_shown(open_frame: Callable[..., Viewer]) -> None:
-    viewer = open_frame(HEXAGONAL)
-    viewer.choose("Look around")
-    viewer.choose("Pixels")
-    until(lambda: viewer.shows(codes(HEXAGONAL, 1, *centre(HEXAGONAL))))
     corner = (HEXAGONAL.cell_cols - 1, 0)
     assert corner in MISSING
-    viewer.drag(1000, -1000)
+    viewer = open_frame(HEXAGONAL, query="pixels=1&x=1&y=-1")
     away = {number: np.hypot(number[0] - corner[0], number[1] - corner[1]) for number in view_numbers(HEXAGONAL)}
     nearest = [number for number in away if away[number] == min(away.values())]
     until(lambda: any(viewer.shows(codes(HEXAGONAL, 1, *number)) for number in nearest))
+
+
+def _as_the_service_makes_it(viewer: Viewer, farm: Farm) -> NDArray[Any]:
+    """Return the picture of the service that the viewer links."""
+    viewer.page.locator(".menu summary").click()
+    link = viewer.page.get_by_role("link", name="This picture").get_attribute("href")
+    viewer.page.locator(".menu summary").click()
+    answer = farm.service.client.get(f"{farm.url}{link}")
+    return np.asarray(Image.open(io.BytesIO(answer.content)).convert("RGB")).astype(int)
 
 
 @pytest.mark.parametrize("layout", [SQUARE, HEXAGONAL], ids=["square", "hexagonal"])
 def test_what_the_graphics_card_focuses_is_what_the_service_focuses(
     layout: CellLayout, farm: Farm, open_frame: Callable[..., Viewer]
 ) -> None:
-    viewer = open_frame(layout)
-    viewer.choose("Refocus")
-    viewer.choose("Pixels")
-    slider = viewer.page.get_by_label("Depth")
+    viewer = open_frame(layout, query="look=focus&pixels=1")
+    page = viewer.page
+    slider = page.get_by_label("Depth")
     shown = []
     for depth_mm in (BAR_MM, -7.5):
         slider.evaluate(
             "(slider, value) => { slider.value = value; slider.dispatchEvent(new Event('input')); }", depth_mm
         )
-        asked = viewer.page.get_by_role("link", name="PNG").get_attribute("href")
-        assert asked is not None
-        assert asked.endswith(f"/frames/1/refocus?depth_mm={slider.input_value()}")
-        answer = farm.service.client.get(farm.url + asked)
-        made = np.asarray(Image.open(io.BytesIO(answer.content)).convert("RGB")).astype(int)
+        made = _as_the_service_makes_it(viewer, farm)
         until(lambda made=made: viewer.shows(made))
         shown.append(viewer.pixels())
     assert shown[0][..., 2].max() > shown[1][..., 2].max() + 40
-    viewer.stage.focus()
-    viewer.page.keyboard.press("ArrowUp")
-    expect(viewer.page.get_by_role("dialog")).to_contain_text("sharp at -7 mm")
 
 
-def test_the_eye_sways_until_somebody_takes_over_and_not_at_all_for_who_wants_no_motion(
+def test_the_free_eye_sways_and_follows_the_pointer_until_somebody_takes_over(
     open_frame: Callable[..., Viewer],
 ) -> None:
     viewer = open_frame(moves=True)
-    viewer.choose("Look around")
-    viewer.choose("Pixels")
-    sway = viewer.page.get_by_role("button", name="Sway")
-    expect(sway).to_have_attribute("aria-pressed", "true")
+    page = viewer.page
+    follow = page.get_by_role("button", name="Follow")
+    expect(follow).to_have_attribute("aria-pressed", "true")
     before = until(lambda: viewer.pixels().tolist() if viewer.pixels().any() else None)
     until(lambda: viewer.pixels().tolist() != before)
-    viewer.stage.click()
-    viewer.page.keyboard.press("ArrowLeft")
-    expect(sway).to_have_attribute("aria-pressed", "false")
-    _stands_still(viewer)
-    viewer.page.emulate_media(reduced_motion="reduce")
-    viewer.page.reload()
-    viewer.page.get_by_role("button", name="Frame 1, show large").click()
-    viewer.choose("Look around")
-    expect(sway).to_have_attribute("aria-pressed", "false")
-    until(lambda: viewer.pixels().any())
-    _stands_still(viewer)
-
-
-def _stands_still(viewer: Viewer) -> None:
-    viewer.page.evaluate(FRAMES_OF_THE_SCREEN, 3)
-    before = viewer.pixels().tolist()
-    viewer.page.evaluate(FRAMES_OF_THE_SCREEN, 20)
-    assert viewer.pixels().tolist() == before
+    box = viewer.stage.bounding_box()
+    assert box
+    page.mouse.move(box["x"] + box["width"] - 3, box["y"] + 3)
+    until(lambda: viewer.shows(codes(SQUARE, 1, 0, PX - 1), within=40))  # It turns as a drag there turns it.
+    page.mouse.down()
+    page.mouse.up()
+    expect(follow).to_have_attribute("aria-pressed", "false")
+    page.mouse.move(5, 5)
+    _steady(viewer)
+    page.emulate_media(reduced_motion="reduce")
+    follow.click()
+    page.mouse.move(5, 5)
+    _steady(viewer)
 
 
 def test_without_webgl_and_when_it_is_lost_the_service_s_own_pictures_are_shown(
-    page: Page, open_frame: Callable[..., Viewer]
+    page: Page, farm: Farm, open_frame: Callable[..., Viewer]
 ) -> None:
     viewer = open_frame()
     u, v = centre(SQUARE)
-    viewer.choose("Look around")
-    until(lambda: viewer.pixels().any())
+    until(lambda: viewer.shows(codes(SQUARE, 1, u, v)))
     viewer.canvas.evaluate("canvas => canvas.getContext('webgl2').getExtension('WEBGL_lose_context').loseContext()")
-    expect(page.get_by_role("button", name="Sway")).to_have_count(0)
+    expect(page.get_by_role("button", name="Follow")).to_have_count(0)
     until(lambda: viewer.shows(codes(SQUARE, 1, u, v), within=0))
     page.add_init_script(NO_WEBGL)
     page.reload()
-    page.get_by_role("button", name="Frame 1, show large").click()
-    viewer.choose("Look around")
     until(lambda: viewer.shows(codes(SQUARE, 1, u, v), within=0))
+    viewer.stage.focus()
     page.keyboard.press("ArrowLeft")
-    until(lambda: viewer.shows(codes(SQUARE, 1, u - 1, v), within=0))
-    viewer.choose("Refocus")
-    expect(page.get_by_role("img", name="Frame 1, refocused")).to_be_visible()
-    until(lambda: viewer.pixels()[..., 0].std() < 2)  # All views are mixed: what tells them apart is gone.
+    until(lambda: viewer.shows(codes(SQUARE, 1, u + 1, v), within=0))
+    page.get_by_role("button", name="Play").click()
+    page.wait_for_url("**frame=2**")
+    page.get_by_role("button", name="Pause").click()
+    viewer.choose("Focus")
+    expect(page.get_by_role("img", name="focused")).to_be_visible()
+    made = _as_the_service_makes_it(viewer, farm)
+    until(lambda: viewer.shows(made, within=0))
 
 
-def test_as_seen_asks_for_the_eyes_that_are_chosen_and_says_what_the_service_refuses(
+def test_the_observer_asks_for_the_eyes_that_are_chosen_and_says_what_the_service_refuses(
     page: Page, watch: Watch, open_frame: Callable[..., Viewer]
 ) -> None:
-    viewer = open_frame()
-    viewer.choose("As seen")
+    viewer = open_frame(query="look=observer")
     size = "canvas => canvas.width / canvas.height"
     until(lambda: viewer.canvas.evaluate(size) == 1)
     with page.expect_response("**/observer?*x=40*") as seen:

@@ -34,8 +34,8 @@ def test_jobs_pictures_videos_and_the_stream_stay_below_the_path(
     address = page.get_by_role("link", name="The job as JSON").get_attribute("href")
     assert address == f"/lab/lippmann/api/v1/jobs/{job_id}"
     page.get_by_role("button", name="Frame 2, show large").click()
-    until(lambda: page.get_by_role("dialog", name="Frame 2").get_by_role("img").evaluate(LOADED))
-    page.keyboard.press("Escape")
+    page.get_by_role("radio", name="Sheet").check()
+    until(lambda: page.get_by_role("img", name="Frame 2, sheet").evaluate(LOADED))
     page.get_by_role("link", name="New job").click()
     until(lambda: page.locator("form img").first.evaluate(LOADED))
     page.get_by_role("button", name="Log out").click()

@@ -1,36 +1,39 @@
 // The frames of a job, and the lightbox of one of them.
 import { useEffect, useState } from "preact/hooks";
 import { link } from "../api/operations.js";
+import { write } from "../shared/address.js";
 import { count } from "../shared/format.js";
 import { loadMoreFrames, openFrames } from "../state/frame_pages.js";
 import { html } from "../shared/html.js";
 import { FrameGrid } from "./frame_grid.js";
 import { More } from "../shared/parts.js";
-import { Lightbox } from "../viewer/lightbox.js";
 import { useKnown } from "../state/store.js";
 
 export function Frames({ job }) {
   const frames = useKnown((known) => known.frames);
   const [fault, setFault] = useState("");
-  const [large, setLarge] = useState(null); // the frame number
   useEffect(() => {
     openFrames(job.id).catch((error) => setFault(error.message));
   }, [job.id]);
   const isOpen = ["probing", "running"].includes(job.status);
   const items = frames?.job === job.id ? frames.pages.flatMap((page) => page.items) : [];
-  const done = items.filter((item) => item.status === "done" && item.integral);
   return html`
     <section class="frames ${isOpen ? "open" : "still"}" aria-label="Frames">
       <h2>Frames <span class="quiet">${count(job.frames_done)} of ${count(job.frames_total)}</span></h2>
       ${fault && html`<p class="fault" role="alert">${fault}</p>`}
       <${FrameGrid} job=${job} />
       <ol class="pictures">
-        ${items.map((item) => html`<${Cell} key=${item.frame} item=${item} isOpen=${isOpen} show=${setLarge} />`)}
+        ${items.map((item) => html`<${Cell} key=${item.frame} item=${item} isOpen=${isOpen} show=${showLarge} />`)}
       </ol>
       ${frames?.cursor && items.length > 0 && html`<${More} what="more frames" load=${loadMoreFrames} />`}
-      ${large !== null && html`<${Lightbox} job=${job.id} frames=${done} frame=${large} show=${setLarge} />`}
     </section>
   `;
+}
+
+// The viewer above shows the frame of the address.
+function showLarge(frame) {
+  write({ frame }, { replace: false });
+  document.querySelector(".looker")?.scrollIntoView({ block: "nearest" });
 }
 
 function Cell({ item, isOpen, show }) {

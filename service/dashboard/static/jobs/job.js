@@ -9,6 +9,7 @@ import { html } from "../shared/html.js";
 import { Ago, Badge, Bar } from "../shared/parts.js";
 import { loadJob } from "../state/live.js";
 import { Rig } from "./rig.js";
+import { Looker } from "../viewer/looker.js";
 import { useKnown } from "../state/store.js";
 import { Videos } from "./videos.js";
 import { Tasks } from "./tasks.js";
@@ -42,6 +43,7 @@ export function Job({ id }) {
       <${Wait} job=${job} />
       ${job.pause?.reason && html`<${Pause} pause=${job.pause} />`}
       ${job.error && html`<${Fault} error=${job.error} />`}
+      <${Looker} job=${job} />
       <div class="work">
         <div class="made">
           <${Videos} job=${job} />

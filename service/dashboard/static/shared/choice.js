@@ -1,12 +1,15 @@
-// A choice of one of several values, as a row of buttons.
+// A choice of one of several values, as a row of radios.
 import { html } from "./html.js";
 
 export const Choice = ({ name, choices, chosen, choose }) => html`
-  <div class="choice" role="group" aria-label=${name}>
+  <div class="choice" role="radiogroup" aria-label=${name}>
     ${choices.map(
       ([value, title]) => html`
-      <button key=${value} aria-pressed=${value === chosen} onClick=${() => choose(value)}>${title}</button>
-    `,
+        <label key=${value}>
+          <input type="radio" name=${name} checked=${value === chosen} onChange=${() => choose(value)} />
+          <span>${title}</span>
+        </label>
+      `,
     )}
   </div>
 `;

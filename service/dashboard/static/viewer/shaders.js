@@ -56,13 +56,22 @@ void main() {
   light = vec4(sum.rgb / max(sum.a, 1e-6), 1.0);
 }`;
 
-// The enlargement: squares, or smooth by the cubic filter with B = C = 1/3 (Mitchell, Netravali, SIGGRAPH 1988).
+// The enlargement: squares; or smooth, by the cubic filter with B = C = 1/3 (Mitchell, Netravali, SIGGRAPH 1988), or
+// linearly while something moves and every millisecond counts.
 export const ENLARGE = `${HEAD}
 uniform sampler2D picture;
-uniform vec2 canvas; // px
-uniform bool isSmooth;
+uniform vec4 rect; // left, top, width and height of the picture on the canvas, px
+uniform float canvasRows;
+uniform int filtering; // 0: squares, 1: linear, 2: cubic
 vec3 at(ivec2 place) {
   return texelFetch(picture, clamp(place, ivec2(0), size - 1), 0).rgb;
+}
+vec3 linearly(vec2 place) {
+  ivec2 first = ivec2(floor(place));
+  vec2 part = place - vec2(first);
+  vec3 upper = mix(at(first), at(first + ivec2(1, 0)), part.x);
+  vec3 lower = mix(at(first + ivec2(0, 1)), at(first + ivec2(1, 1)), part.x);
+  return mix(upper, lower, part.y);
 }
 float weight(float x) {
   x = abs(x);
@@ -81,8 +90,8 @@ vec3 smoothly(vec2 place) {
   return clamp(sum, 0.0, 1.0);
 }
 void main() {
-  vec2 place = vec2(gl_FragCoord.x, canvas.y - gl_FragCoord.y) / canvas * vec2(size);
-  vec3 linear = isSmooth ? smoothly(place - 0.5) : at(ivec2(place));
+  vec2 place = (vec2(gl_FragCoord.x, canvasRows - gl_FragCoord.y) - rect.xy) / rect.zw * vec2(size);
+  vec3 linear = filtering == 0 ? at(ivec2(place)) : filtering == 1 ? linearly(place - 0.5) : smoothly(place - 0.5);
   vec3 code = mix(12.92 * linear, 1.055 * pow(linear, vec3(1.0 / 2.4)) - 0.055, greaterThan(linear, vec3(0.0031308)));
   light = vec4(code, 1.0);
 }`;

@@ -3,6 +3,7 @@ import { BLEND, ENLARGE, EVERYWHERE, REFOCUS } from "./shaders.js";
 import { blend, presence, substitutes } from "./views.js";
 
 export const MAX_ATLAS_PX = 4096; // The largest texture side that phones support, 64 MiB.
+const BACKGROUND = [0x0c / 255, 0x0e / 255, 0x0f / 255]; // That of the stage, in viewer.css.
 
 export class Painter {
   // Throws if WebGL2 is not available.
@@ -16,6 +17,9 @@ export class Painter {
     this.programs = { blend: program(gl, BLEND), refocus: program(gl, REFOCUS), enlarge: program(gl, ENLARGE) };
     this.frameViews = null;
     this.target = null;
+    const named = gl.getExtension("WEBGL_debug_renderer_info");
+    const renderer = String(gl.getParameter(named ? named.UNMASKED_RENDERER_WEBGL : gl.RENDERER));
+    this.isSoftware = /swiftshader|llvmpipe|software/i.test(renderer);
   }
 
   // Uploads the atlas of a frame and deletes the one before.
@@ -70,6 +74,24 @@ export class Painter {
     this.end(isSmooth);
   }
 
+  // Begins a picture of the screen: nothing is on the canvas, and drawing goes to the whole of it. `rectIn(size)` is
+  // the rectangle of the picture in a part of the canvas, and `isQuick` allows less exact enlargement.
+  start({ rectIn, isQuick }) {
+    const { gl, canvas } = this;
+    this.rectIn = rectIn;
+    this.isQuick = isQuick;
+    this.into({ left: 0, width: canvas.width, mask: [true, true, true] });
+    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+    gl.disable(gl.SCISSOR_TEST);
+    gl.clearColor(...BACKGROUND, 1);
+    gl.clear(gl.COLOR_BUFFER_BIT);
+  }
+
+  // What is drawn next goes to the columns `left` to `left + width` of the canvas, and to the colours of the mask.
+  into({ left, width, mask }) {
+    this.part = { left, width, mask };
+  }
+
   begin({ linked, use }, source) {
     const { gl, frameViews } = this;
     gl.bindFramebuffer(gl.FRAMEBUFFER, this.target);
@@ -81,17 +103,28 @@ export class Painter {
   }
 
   end(isSmooth) {
-    const { gl, frameViews, canvas } = this;
+    const { gl, frameViews, canvas, part } = this;
     gl.drawArrays(gl.TRIANGLES, 0, 3);
     const { linked, use } = this.programs.enlarge;
+    const rect = this.rectIn({ width: part.width, height: canvas.height });
+    const left = Math.max(part.left, Math.round(part.left + rect.left));
+    const right = Math.min(part.left + part.width, Math.round(part.left + rect.left + rect.width));
+    const top = Math.max(0, Math.round(rect.top));
+    const bottom = Math.min(canvas.height, Math.round(rect.top + rect.height));
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
     gl.viewport(0, 0, canvas.width, canvas.height);
+    gl.enable(gl.SCISSOR_TEST);
+    gl.scissor(left, canvas.height - bottom, Math.max(0, right - left), Math.max(0, bottom - top));
+    gl.colorMask(...part.mask, true);
     gl.useProgram(linked);
     gl.bindTexture(gl.TEXTURE_2D, this.picture);
     gl.uniform2i(use("size"), frameViews.view_cols, frameViews.view_rows);
-    gl.uniform2f(use("canvas"), canvas.width, canvas.height);
-    gl.uniform1i(use("isSmooth"), isSmooth);
+    gl.uniform4f(use("rect"), part.left + rect.left, rect.top, rect.width, rect.height);
+    gl.uniform1f(use("canvasRows"), canvas.height);
+    gl.uniform1i(use("filtering"), isSmooth ? (this.isQuick ? 1 : 2) : 0);
     gl.drawArrays(gl.TRIANGLES, 0, 3);
+    gl.colorMask(true, true, true, true);
+    gl.disable(gl.SCISSOR_TEST);
   }
 
   // Browsers allow few contexts, so this one is released.

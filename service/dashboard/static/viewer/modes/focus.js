@@ -5,7 +5,8 @@ import { Enlargement } from "../controls.js";
 import { clamp } from "../views.js";
 
 export const focus = {
-  name: "refocused",
+  name: "focused",
+  needsAll: true,
   hint: "Press the arrow keys to change the depth.",
   filled: (frameViews, stand) => {
     const { least_mm, most_mm, rounded } = scaleOf(frameViews);

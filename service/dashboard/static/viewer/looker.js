@@ -1,0 +1,184 @@
+// The viewer of a job: the newest frame, or the chosen one, as a picture that moves.
+//   arrows  turn the scene, or steer the mode     + - 0  zoom     Shift and arrows  move the enlarged picture
+//   Page Up, Page Down  other frames     Space  play     1 2 3 4  modes     F  full screen
+import { useEffect, useMemo, useRef, useState } from "preact/hooks";
+import { link, pictureUrl } from "../api/operations.js";
+import { Choice } from "../shared/choice.js";
+import { count } from "../shared/format.js";
+import { html } from "../shared/html.js";
+import { useKnown } from "../state/store.js";
+import { isExact } from "./atlases.js";
+import { MODES, TITLES } from "./modes/index.js";
+import { Save } from "./save.js";
+import { Screen } from "./screen.js";
+import { TimeBar } from "./time_bar.js";
+import { useAtlas, useAtlases } from "./use_atlas.js";
+import { usePlayer } from "./use_player.js";
+import { useStand } from "./use_stand.js";
+import { useFullScreen, useMotionPreference, useSize } from "./use_screen.js";
+import { placeOf } from "./views.js";
+import { FIT } from "./zoom.js";
+
+const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
+const TYPED = "input:not([type=radio], [type=checkbox], [type=range]), select, textarea";
+const CONTROLS = "input, select, button, a, summary";
+const ZOOM_STEP = 1.25;
+const PAN_STEP = 0.1;
+
+export function Looker({ job }) {
+  const frames = useDoneFrames(job);
+  if (!frames.length) return html`<${Empty} job=${job} />`;
+  return html`<${Look} key=${job.id} job=${job} frames=${frames} />`;
+}
+
+// The frames that are done, by their numbers.
+function useDoneFrames(job) {
+  const known = useKnown(({ frames }) => (frames?.job === job.id ? frames : null), [job.id]);
+  return useMemo(() => {
+    const items = (known?.pages ?? []).flatMap((page) => page.items);
+    return items.filter((item) => item.status === "done" && item.orthoscopic);
+  }, [known]);
+}
+
+function Empty({ job }) {
+  if (job.ended_at && !job.frames_done) return null;
+  return html`
+    <section class="looker" aria-label="Picture">
+      <div class="bar"></div>
+      <div class="stage"><p class="soon">${job.ended_at ? "Loading …" : "The first frame appears here."}</p></div>
+      <div class="bar controls"></div>
+    </section>
+  `;
+}
+
+function Look({ job, frames }) {
+  const { stand, change } = useStand(job.id);
+  const [canPaint, setCanPaint] = useState(true);
+  const [pictureSize, setPictureSize] = useState(null);
+  const box = useRef(null);
+  const hand = useRef(null);
+  const busy = useRef(false);
+  const room = useSize(box, ".stage");
+  const full = useFullScreen(box);
+  const isCalm = useMotionPreference();
+  const atlases = useAtlases(job.id);
+
+  const numbers = frames.map((item) => item.frame);
+  const frame = stand.frame ?? numbers.at(-1);
+  const index = numbers.indexOf(frame);
+  const item = index < 0 ? null : { ...frames[index], thumbUrl: frames[index].thumb && link(frames[index].thumb) };
+  const kind = MODES[stand.mode];
+  const prefersWhole = Boolean(kind.needsAll || stand.place || !stand.isSmooth);
+  const size = prefersWhole ? "whole" : "first";
+  const player = usePlayer({
+    index: Math.max(0, index),
+    count: numbers.length,
+    show: (place) => change({ frame: numbers[place] }),
+    isReady: (place) => (isPainted ? atlases.isLoaded(numbers[place], "first") : !busy.current),
+    prepare: (place) => isPainted && atlases.get(numbers[place], "first").catch(() => {}),
+  });
+  const mayPaint = canPaint && Boolean(kind.paint);
+  const found = useAtlas(atlases, frame, { isPainted: mayPaint, wantsWhole: size === "whole" && !player.isPlaying });
+  const { frameViews } = found;
+  const isPainted = mayPaint && !(kind.needsAll && frameViews && !isExact(frameViews));
+  const views = frameViews ?? found.atlas?.frameViews ?? null;
+  const viewSize = views && { width: views.view_cols, height: views.view_rows };
+  const home = views ? placeOf(views, ...views.centre) : { x: 0, y: 0 };
+  const filled = views && kind.filled(views, { ...stand, place: stand.place ?? home });
+  const given = {
+    job: job.id,
+    frame,
+    frameViews: views,
+    stand: { ...(filled ?? stand), place: stand.place },
+    change,
+    isPainted,
+    size: kind.paint ? viewSize : pictureSize,
+    room,
+    home,
+  };
+  // The modes that do not paint see a place, too.
+  const asked = views && { ...given, stand: filled };
+  const url = asked && kind.query && pictureUrl(job.id, frame, ...kind.query(asked));
+  const label = `Frame ${frame}, ${kind.name}`;
+
+  const show = (place) => {
+    if (numbers[place] === undefined) return;
+    player.pause();
+    change({ frame: numbers[place] });
+  };
+  const choose = (mode) => mode !== stand.mode && change({ mode, zoom: FIT }, { isStep: true });
+  const step = (direction) => {
+    if (!views || !kind.stepped) return hand.current.pan(...direction.map((each) => -PAN_STEP * each));
+    const from = isPainted && kind.movesEye ? { ...asked, stand: { ...filled, place: hand.current.place() } } : asked;
+    return change(kind.stepped(from, direction));
+  };
+  const press = (event) => {
+    if (event.target.matches(TYPED) || event.ctrlKey || event.metaKey || event.altKey) return;
+    // Controls have keys of their own.
+    if (event.target.closest(CONTROLS) && (event.key in ARROWS || [" ", "PageUp", "PageDown"].includes(event.key)))
+      return;
+    const direction = ARROWS[event.key];
+    const keys = {
+      "+": () => hand.current.zoom(ZOOM_STEP),
+      "=": () => hand.current.zoom(ZOOM_STEP),
+      "-": () => hand.current.zoom(1 / ZOOM_STEP),
+      0: () => change({ zoom: FIT }),
+      PageUp: () => show(index - 1),
+      PageDown: () => show(index + 1),
+      f: full.toggle,
+      " ": player.toggle,
+      ...Object.fromEntries(Object.keys(MODES).map((mode, place) => [place + 1, () => choose(mode)])),
+    };
+    const pan = () => hand.current.pan(...direction.map((each) => -PAN_STEP * each));
+    const act = direction ? (event.shiftKey ? pan : () => step(direction)) : keys[event.key];
+    if (!act) return;
+    event.preventDefault();
+    act();
+  };
+  const fault = found.fault;
+  return html`
+    <section ref=${box} class="looker ${full.isOn ? "full" : ""}" aria-label="Picture" onKeyDown=${press}>
+      <div class="bar">
+        <${Choice} name="Mode" choices=${TITLES} chosen=${stand.mode} choose=${choose} />
+        <span class="ends">
+          <${Save}
+            url=${url}
+            item=${item}
+            name="${job.id}-${frame}"
+            sheet=${kind.Picture ? stand.sheet : null}
+            stage=${() => hand.current?.stage}
+          />
+          <button onClick=${full.toggle} aria-pressed=${full.isOn} title="Key F">Full screen</button>
+        </span>
+      </div>
+      <${Screen}
+        given=${{ ...given, stand: isPainted && kind.movesEye ? given.stand : (filled ?? stand) }}
+        kind=${kind}
+        item=${item}
+        url=${url}
+        label=${label}
+        atlas=${isPainted ? found.atlas : null}
+        isWaiting=${found.isWaiting}
+        isCalm=${isCalm}
+        isFull=${full.isOn}
+        hand=${hand}
+        busy=${busy}
+        onLost=${() => setCanPaint(false)}
+        onSize=${setPictureSize}
+      />
+      ${fault && html`<p class="fault" role="alert">${fault}</p>`}
+      <p id="look-hint" class="unseen">${kind.hint}</p>
+      <${TimeBar} frames=${numbers} index=${index} show=${show} player=${player} />
+      <div class="bar controls">
+        ${asked && html`<${kind.Controls} ...${asked} isFree=${stand.place === null} hold=${() => hand.current.place()} />`}
+        ${
+          stand.zoom.scale !== 1 &&
+          html`<button onClick=${() => change({ zoom: FIT })}>${count(Math.round(100 * stand.zoom.scale))} %, fit</button>`
+        }
+        <span class="numbers" aria-live=${player.isPlaying ? "off" : "polite"}>
+          Frame ${frame}${asked && ` · ${kind.said({ ...asked, isFree: stand.place === null })}`}
+        </span>
+      </div>
+    </section>
+  `;
+}

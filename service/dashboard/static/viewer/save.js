@@ -1,0 +1,32 @@
+// What can be taken home of what is shown: a screenshot, the exact picture as PNG, and the masters as EXR.
+import { link } from "../api/operations.js";
+import { html } from "../shared/html.js";
+
+export function Save({ url, item, stage, name, sheet }) {
+  const shoot = () => {
+    const shown = stage()?.querySelector("canvas:not(.empty)");
+    shown?.toBlob((blob) => download(blob, `${name}.png`));
+  };
+  return html`
+    <details class="menu">
+      <summary class="button">Save</summary>
+      <div>
+        ${!sheet && html`<button onClick=${shoot}>Screenshot (PNG)</button>`}
+        ${url && html`<a class="button" href=${url} download>This picture, one pixel per lens (PNG)</a>`}
+        ${
+          item?.[sheet || "views"] &&
+          html`<a class="button" href=${link(item[sheet || "views"])} download>${sheet ? "This sheet" : "All views"} (EXR)</a>`
+        }
+        ${sheet && item && html`<a class="button" href="${link(item[sheet])}?format=png" download>This sheet (PNG)</a>`}
+      </div>
+    </details>
+  `;
+}
+
+function download(blob, name) {
+  const anchor = document.createElement("a");
+  anchor.href = URL.createObjectURL(blob);
+  anchor.download = name;
+  anchor.click();
+  setTimeout(() => URL.revokeObjectURL(anchor.href), 10_000);
+}

@@ -1,0 +1,37 @@
+// The time of a sequence: play, speed, loop, and a slider over the frames that are done.
+import { many } from "../shared/format.js";
+import { html } from "../shared/html.js";
+import { SPEEDS } from "./clock.js";
+
+export function TimeBar({ frames, index, show, player }) {
+  if (frames.length < 2) return null;
+  return html`
+    <div class="bar time" role="group" aria-label="Time">
+      <button class="play" onClick=${player.toggle} aria-label=${player.isPlaying ? "Pause" : "Play"}>
+        ${player.isPlaying ? "❚❚" : "▶"}
+      </button>
+      <button onClick=${() => show(index - 1)} disabled=${index <= 0} aria-label="Previous frame">←</button>
+      <button onClick=${() => show(index + 1)} disabled=${index + 1 >= frames.length} aria-label="Next frame">→</button>
+      <input
+        type="range"
+        min="0"
+        max=${frames.length - 1}
+        step="1"
+        value=${index}
+        aria-label="Frame"
+        aria-valuetext="Frame ${frames[index]}, ${many(frames.length, "frame")}"
+        onInput=${(event) => show(event.target.valueAsNumber)}
+      />
+      <label class="speed">
+        <span class="unseen">Speed</span>
+        <select value=${player.speed_fps} onChange=${(event) => player.setSpeed(Number(event.target.value))}>
+          ${SPEEDS.map((fps) => html`<option key=${fps} value=${fps}>${fps} fps</option>`)}
+        </select>
+      </label>
+      <label class="loop">
+        <input type="checkbox" checked=${player.isLooping} onChange=${(event) => player.setLooping(event.target.checked)} />
+        Loop
+      </label>
+    </div>
+  `;
+}
