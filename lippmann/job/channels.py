@@ -15,10 +15,11 @@ CHANNEL_PARTS: Mapping[Channel, tuple[str, ...]] = {
     "normal": ("normal.X", "normal.Y", "normal.Z"),
     "albedo": ("albedo.R", "albedo.G", "albedo.B"),
     "object": ("object.id",),
+    "motion": ("motion.X", "motion.Y", "motion.Z"),
 }
 """The names of the numbers of each stored channel, in an array and in a file."""
 
-NOTHING: Mapping[Channel, float] = {"normal": math.nan, "albedo": math.nan, "object": 0.0}
+NOTHING: Mapping[Channel, float] = {"normal": math.nan, "albedo": math.nan, "object": 0.0, "motion": math.nan}
 """The number of a channel where a pixel shows no surface or has no ray."""
 
 CHANNELS_ATTRIBUTE, OBJECTS_ATTRIBUTE = "channels", "objects"

@@ -1,4 +1,4 @@
-"""Normals, albedo and objects of a scene of Mitsuba against the exact trace, from tiles to the view of a channel."""
+"""The channels of a scene of Mitsuba against the exact trace, from the tiles to the view of a channel."""
 
 from __future__ import annotations
 
@@ -42,19 +42,24 @@ from worker.tasks.render import render_tile
 from worker.tasks.workplace import Workplace
 
 CENTRE, RADIUS = np.array([2.0, 1.0, 2.0]), 4.0
+STEP = 0.5
+"""The motion of the ball along x from a frame to the next, scene units."""
 WALL = ((0.2, 0.4, 0.6), "back wall")
 BALL = ((0.75, 0.5, 0.125), "ball")
 SCENE = f"""<scene version="3.0.0">
+  <default name="clock" value="0"/>
   <shape type="rectangle" id="{WALL[1]}">
     <transform name="to_world"><scale value="6"/><translate z="-4"/></transform>
     <bsdf type="twosided"><bsdf type="diffuse"><rgb name="reflectance" value="0.2 0.4 0.6"/></bsdf></bsdf>
   </shape>
   <shape type="sphere" id="{BALL[1]}">
+    <transform name="to_world"><translate x="$clock"/></transform>
     <point name="center" x="2" y="1" z="2"/><float name="radius" value="4"/>
     <bsdf type="diffuse"><rgb name="reflectance" value="0.75 0.5 0.125"/></bsdf>
   </shape>
   <emitter type="constant"/>
 </scene>"""
+CHANNELS: tuple[Channel, ...] = ("normal", "albedo", "object", "motion")
 # The rig stands beside the axis and looks down, in units of 2 mm.
 TOML = """file = "a.xml"
 [stage]
@@ -63,6 +68,8 @@ look_at = [0, 0, 0]
 mm_per_unit = 2.0
 near_mm = 450
 far_mm = 700
+[clock]
+per_frame = 0.5
 """
 
 
@@ -85,7 +92,7 @@ def bundle(tmp_path_factory: pytest.TempPathFactory) -> bytes:
 
 
 def job_of(**more: Any) -> JobSpec:
-    capture = {"channels": ["object", "depth", "albedo", "normal"], **more.pop("capture", {})}
+    capture = {"channels": ["motion", "object", "depth", "albedo", "normal"], **more.pop("capture", {})}
     return small_job("mine", count=(10, 12), capture=capture, render={"cache": False}, **more)
 
 
@@ -102,7 +109,7 @@ def framed(place: Workplace, bundle: bytes, spec: JobSpec) -> dict[str, NDArray[
     found = {"light": stored_picture(place, names.orthoscopic_name(1)).astype(np.float32)}
     for name, stored, parts in (
         ("depth", names.depth_name(1), DEPTH_PARTS),
-        ("channels", names.channels_name(1), part_names(("normal", "albedo", "object"))),
+        ("channels", names.channels_name(1), part_names(CHANNELS)),
     ):
         with place.store.local_path(names.job_artifact(JOB_ID, stored)) as path:
             found[name] = read_channels(path, parts)
@@ -124,7 +131,7 @@ def expected_channels(job: ResolvedJob) -> NDArray[np.float64]:
         away = start - CENTRE
         half, rest = (away * ahead).sum(axis=-1), (away**2).sum(axis=-1) - RADIUS**2
         to_ball = -half - np.sqrt(half**2 - rest)
-    values = np.full((layout.rows, layout.cols, 7), np.nan)
+    values = np.full((layout.rows, layout.cols, 10), np.nan)
     values[..., 6] = 0
     ball = np.isfinite(to_ball)
     wall = on_wall & ~ball
@@ -132,6 +139,7 @@ def expected_channels(job: ResolvedJob) -> NDArray[np.float64]:
     values[ball, :3], values[wall, :3] = (in_scene @ axes)[ball], np.array([0.0, 0.0, 1.0]) @ axes
     values[ball, 3:6], values[wall, 3:6] = BALL[0], WALL[0]
     values[ball, 6], values[wall, 6] = 2, 1
+    values[ball, 7:], values[wall, 7:] = np.array([STEP * stage.mm_per_unit, 0.0, 0.0]) @ axes, 0
     return orthoscopic(values, layout, inverted=True)
 
 
@@ -154,18 +162,19 @@ def test_channels_are_those_of_the_analytic_scene_in_the_rig_frame(masters: Mapp
     for number in (0, 1, 2):
         assert (found[..., 6] == number).mean() > 0.02
     nothing = found[..., 6] == 0
-    assert np.isnan(found[nothing][:, :6]).all()
+    assert np.isnan(found[nothing][:, [0, 1, 2, 3, 4, 5, 7, 8, 9]]).all()
     hit = same & ~nothing
     assert np.abs(found[hit][:, :3] - expected[hit][:, :3]).max() < 2e-3
     assert np.median(np.abs(found[hit][:, :3] - expected[hit][:, :3])) < 1e-5
     np.testing.assert_allclose(found[hit][:, 3:6], expected[hit][:, 3:6], atol=1e-6)
+    np.testing.assert_allclose(found[hit][:, 7:], expected[hit][:, 7:], atol=1e-4)
     # Depth and light are of the same rays.
     np.testing.assert_array_equal(np.isfinite(masters["depth"][..., 0]), ~nothing)
 
 
 def test_the_header_names_the_channels_and_the_objects(masters: Mapping[str, Any]) -> None:
     attributes = read_attributes(masters["folder"] / "channels" / "0001.exr")
-    assert channels_in(attributes) == ("normal", "albedo", "object")
+    assert channels_in(attributes) == CHANNELS
     assert objects_in(attributes) == (WALL[1], BALL[1])
     assert {"rig", "stage", "frame", "job"} <= set(attributes)
 
@@ -195,10 +204,10 @@ def test_one_request_renders_light_and_channels(
 
     monkeypatch.setattr(MitsubaEngine, "render", kept)
     framed(place, bundle, job_of())
-    assert [wanted.channels for wanted in asked] == [("depth", "normal", "albedo", "object")]
+    assert [wanted.channels for wanted in asked] == [("depth", *CHANNELS)]
     # The probe asks for them too, so that a scene that has no such channel is refused before it is rendered.
     probe_job(place, order_of(TaskKind.PROBE, frame=None), NullMonitor())
-    assert {wanted.channels for wanted in asked[1:]} == {("depth", "normal", "albedo", "object")}
+    assert {wanted.channels for wanted in asked[1:]} == {("depth", *CHANNELS)}
 
 
 def test_a_view_of_a_channel_is_the_view_of_its_numbers(masters: Mapping[str, Any], tmp_path: Path) -> None:
@@ -222,5 +231,7 @@ def test_a_view_of_a_channel_is_the_view_of_its_numbers(masters: Mapping[str, An
     cols = np.argwhere(ball)[:, 1]
     # The left side of the ball looks to the left, as the observer sees it.
     assert normal[ball][cols == cols.min(), 0].mean() < -0.5 < 0.5 < normal[ball][cols == cols.max(), 0].mean()
-    with pytest.raises(BadInput, match=r"expected a master of a job with motion in capture\.channels, got normal, alb"):
-        channel_of_view(master, "motion", number=None)
+    (tmp_path / "orthoscopic").mkdir()
+    (tmp_path / "orthoscopic" / "0001.exr").write_bytes(master.read_bytes())
+    with pytest.raises(BadInput, match=r"expected a master of a job with normal in capture\.channels, got none"):
+        channel_of_view(tmp_path / "orthoscopic" / "0001.exr", "normal", number=None)

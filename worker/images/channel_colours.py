@@ -15,7 +15,8 @@ GOLDEN_RATIO = (5**0.5 - 1) / 2
 def channel_colours(channel: Channel, values: NDArray[np.float32]) -> NDArray[np.float32]:
     """Return the numbers of a channel as linear light `(row, col, 3)`; black without a surface.
 
-    The sRGB codes of a normal are 255 (n + 1) / 2 in red, green and blue, as in a normal map. Every object has a hue.
+    The sRGB codes of a normal are 255 (n + 1) / 2 in red, green and blue, as in a normal map; and so are those of a
+    motion, divided by the 99th percentile of the greatest of its three numbers. Every object has a hue.
 
     Parameters
     ----------
@@ -28,9 +29,16 @@ def channel_colours(channel: Channel, values: NDArray[np.float32]) -> NDArray[np
         light = decoded_srgb(np.clip((values.astype(np.float64) + 1) / 2, 0, 1))
     elif channel == "object":
         light = _object_colours(values[..., 0])
+    elif channel == "motion":
+        light = decoded_srgb(np.clip((values.astype(np.float64) / _longest(values) + 1) / 2, 0, 1))
     else:
         light = values.astype(np.float64)
     return np.nan_to_num(light, nan=0.0).astype(np.float32)
+
+
+def _longest(motion: NDArray[np.float32]) -> float:
+    there = np.abs(motion[np.isfinite(motion).all(axis=-1)]).max(axis=-1, initial=0.0)
+    return max(float(np.quantile(there, 0.99)), 1e-9) if there.size else 1.0
 
 
 def _object_colours(numbers: NDArray[np.float32]) -> NDArray[np.float64]:

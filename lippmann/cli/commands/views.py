@@ -45,7 +45,7 @@ def view(
         ),
     ] = None,
     channel: Annotated[
-        Literal["normal", "albedo", "object"] | None,
+        Literal["normal", "albedo", "object", "motion"] | None,
         typer.Option(help="Write this channel of capture.channels in place of the colours."),
     ] = None,
     px_per_lens: PxPerLens = None,

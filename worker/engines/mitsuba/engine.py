@@ -23,7 +23,13 @@ from worker.engines.mitsuba.version import Found, Missing, mitsuba_version
 LARGEST_HALF = float(np.finfo(np.float16).max)
 """Light above it is stored as this: the tiles of a master are half floats."""
 
-FILE_OF: dict[Channel, FileKind] = {"depth": "distance", "normal": "normal", "albedo": "albedo", "object": "object"}
+FILE_OF: dict[Channel, FileKind] = {
+    "depth": "distance",
+    "normal": "normal",
+    "albedo": "albedo",
+    "object": "object",
+    "motion": "motion",
+}
 """The file that the program writes for a channel."""
 
 
@@ -73,6 +79,7 @@ class MitsubaEngine:
             request = Request(
                 number=number,
                 job=job.at(wanted.frame),
+                next_job=job.at(wanted.frame + 1) if "motion" in wanted.channels else None,
                 frame=wanted.frame,
                 rows=wanted.rows,
                 cols=wanted.cols,

@@ -19,7 +19,13 @@ from worker.sandbox.limits import TimeLimits
 from worker.sandbox.log import AttemptLog
 from worker.sandbox.results import take_result
 
-BOUNDS: Mapping[FileKind, tuple[float, float]] = {"normal": (-1.001, 1.001), "albedo": (0, 1)}
+LARGEST_MOTION_MM = float(np.finfo(np.float32).max)
+
+BOUNDS: Mapping[FileKind, tuple[float, float]] = {
+    "normal": (-1.001, 1.001),
+    "albedo": (0, 1),
+    "motion": (-LARGEST_MOTION_MM, LARGEST_MOTION_MM),
+}
 """The least and the greatest number of channels whose numbers are NaN elsewhere."""
 
 

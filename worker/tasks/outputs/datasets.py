@@ -39,6 +39,7 @@ ABOUT_CHANNELS: Mapping[Channel, str] = {
     "normal": "unit vector of the surface, on the side of the ray: x right, y up, z to the observer; else NaN",
     "albedo": "diffuse reflectance, linear red, green and blue, 0 to 1; NaN without a surface",
     "object": "number of the object from 1; 0 without a surface",
+    "motion": "way of the point of the surface to its place in the next frame, mm: x right, y up, z to the observer",
 }
 """The meaning of the channels, for sidecars."""
 

@@ -70,7 +70,7 @@ def check_channels(scene: mi.Scene, kinds: Collection[FileKind]) -> None:
     UnsupportedError
         If splats are asked for what only surfaces have.
     """
-    wrong = [kind for kind in kinds if kind in ("normal", "albedo", "object")]
+    wrong = [kind for kind in kinds if kind in ("normal", "albedo", "object", "motion")]
     if wrong and holds_splats(scene):
         raise UnsupportedError(f"Splats have no channel {', '.join(wrong)}: they have no surfaces.")
 
@@ -92,7 +92,7 @@ def _surface_values(
         albedo = dr.select(is_diffuse & dr.isfinite(reflectance), dr.clip(reflectance, 0, 1), 0)
         values["albedo"] = _columns(dr.select(found.is_valid(), albedo, dr.nan))
     if "object" in kinds:
-        values["object"] = _objects(scene, found)
+        values["object"] = object_numbers(scene, found)
     return values
 
 
@@ -123,7 +123,7 @@ def _columns(parts: Any) -> Float32:
     return np.stack([np.array(mi.Float(part)) for part in parts], axis=-1)
 
 
-def _objects(scene: mi.Scene, found: Any) -> Float32:
+def object_numbers(scene: mi.Scene, found: Any) -> Float32:
     """Return the number of the shape that each ray hits from 1, in the order of the scene, or 0, (ray, 1)."""
     pointers = dr.select(found.instance != None, found.instance, found.shape)  # noqa: E711 - elementwise
     hits = np.array(dr.reinterpret_array(mi.UInt32, pointers))

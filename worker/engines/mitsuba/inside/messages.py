@@ -34,16 +34,18 @@ FILE_CHANNELS: dict[str, int] = {
     "normal": 3,
     "albedo": 3,
     "object": 1,
+    "motion": 3,
 }
 """The numbers per pixel in each file of a result, little-endian float32, C order.
 
 `radiance` is linear light. `distance` and `position` are in mm: the length of the ray from its start to the first hit
 and the hit in the rig frame; infinite where the ray hits nothing. `normal` is a unit vector in the rig frame that faces
 the ray. `albedo` is the diffuse reflectance, 0 to 1, or the base colour of a PBR material. Both are NaN where the ray
-hits nothing. `object` is the number of the shape from 1, or 0. Pixels without a ray are black and have NaN, or object
+hits nothing. `object` is the number of the shape from 1, or 0. `motion` is that of the point of the surface in the
+rig frame from this frame to the next, mm, NaN without a surface. Pixels without a ray are black and have NaN, or object
 0."""
 
-FileKind = Literal["radiance", "distance", "position", "normal", "albedo", "object"]
+FileKind = Literal["radiance", "distance", "position", "normal", "albedo", "object", "motion"]
 Px = Annotated[int, Field(ge=0, le=MAX_FRAME_PX)]
 Seconds = Annotated[float, Field(ge=0, le=1e7, allow_inf_nan=False)]
 ObjectName = Annotated[str, Field(max_length=MAX_OBJECT_NAME)]
@@ -69,6 +71,8 @@ class Request(_Message):
     """The number of the request, which its answer repeats."""
     job: ResolvedJob
     """The job at the frame; see `ResolvedJob.at`."""
+    next_job: ResolvedJob | None = None
+    """The job at the next frame, for the channel `motion`."""
     frame: int = Field(ge=0, le=10_000_000)
     """The number of the frame, which also seeds the samples."""
     rows: int = Field(ge=1, le=MAX_FRAME_PX)
@@ -92,6 +96,8 @@ class Request(_Message):
         if not (row_start < row_stop <= self.rows and col_start < col_stop <= self.cols):
             message = f"expected a region of at least one pixel inside {self.rows} x {self.cols} px, got {self.region}"
             raise ValueError(message)
+        if ("motion" in self.channels) != (self.next_job is not None):
+            raise ValueError("expected the job at the next frame with the channel motion, and only then")
         if not self.light and not self.channels:
             raise ValueError("expected channels in a request without light, got none")
         return self

@@ -59,15 +59,22 @@ Load = Callable[[Path, ResolvedJob, float], Loaded]
 """The function that loads the scene of a bundle for a job at a frame, and the clock there."""
 
 
+@dataclass(frozen=True)
+class _Kept:
+    """A scene that stays loaded, and what it was loaded for."""
+
+    key: tuple[object, ...]
+    moving: Mapping[str, object]
+    loaded: Loaded
+
+
 @dataclass
 class Program:
-    """The loop, and the scene that it keeps for the next request."""
+    """The loop, and the scenes that it keeps for the next request: one, or two for the channel motion."""
 
     load: Load
     answers: BinaryIO
-    _key: tuple[object, ...] | None = None
-    _moving: Mapping[str, object] = field(default_factory=dict)
-    _loaded: Loaded | None = field(default=None, repr=False)
+    _kept: list[_Kept] = field(default_factory=list, repr=False)
 
     def serve(self, requests: BinaryIO) -> None:
         """Answer requests until there are no more."""
@@ -96,10 +103,12 @@ class Program:
         from worker.engines.mitsuba.inside.channels import object_names
         from worker.engines.mitsuba.inside.shade import bands, shade_band
 
-        if "motion" in request.channels:
-            raise UnsupportedError("The channel motion is not rendered: a frame does not know the one before.")
         started_s = time.monotonic()
-        loaded, fresh = self._scene(request)
+        loaded, fresh = self._scene(request.bundle, request.job, request.frame, room=1 if request.next_job else 0)
+        later = None
+        if request.next_job is not None:
+            later, is_new = self._scene(request.bundle, request.next_job, request.frame + 1, room=1)
+            fresh |= is_new
         loaded_s = time.monotonic()
         cpu_s = time.process_time()
         files = {kind: request.file_name(kind) for kind in request.kinds}
@@ -107,7 +116,7 @@ class Program:
         for name in files.values():
             Path(name).unlink(missing_ok=True)
         for rows in bands(request):
-            for kind, values in shade_band(loaded.scene, request, rows).items():
+            for kind, values in shade_band(loaded.scene, request, rows, later.scene if later else None).items():
                 with Path(files[kind]).open("ab") as file:
                     file.write(values.astype("<f4", copy=False).tobytes())
             rendered += len(rows)
@@ -127,24 +136,31 @@ class Program:
             objects=objects,
         )
 
-    def _scene(self, request: Request) -> tuple[Loaded, bool]:
-        """Return the scene of a request, and whether it was loaded for it."""
-        job = request.job
-        clock = job.clock.at(request.frame)
-        key = (request.bundle, job.bundle, job.file, tuple(sorted(job.parameters.items())))
+    def _scene(self, bundle: str, job: ResolvedJob, frame: int, *, room: int) -> tuple[Loaded, bool]:
+        """Return the scene of a job at a frame, and whether it was loaded for it.
+
+        Parameters
+        ----------
+        room
+            The number of scenes that stay in memory besides it: those that were used last.
+        """
+        clock = job.clock.at(frame)
+        key = (bundle, job.bundle, job.file, tuple(sorted(job.parameters.items())))
         moving = {"clock": clock, "stage": job.stage}
-        kept = self._loaded if key == self._key else None
-        if kept is not None and all(moving[name] == self._moving[name] for name in kept.reads):
-            return kept, False
-        self._loaded = self._key = None  # the one before leaves memory first
+        for kept in self._kept:
+            if kept.key == key and all(moving[name] == kept.moving[name] for name in kept.loaded.reads):
+                self._kept = [other for other in self._kept if other is not kept][-room:] if room else []
+                self._kept.append(kept)
+                return kept.loaded, False
+        self._kept = self._kept[-room:] if room else []  # the others leave memory first
         try:
-            self._loaded = self.load(Path(request.bundle), job, clock)
+            loaded = self.load(Path(bundle), job, clock)
         except LippmannError:
             raise
         except (RuntimeError, OSError, ValueError) as error:  # what Mitsuba and the loaders raise about files
             raise SceneError(f"The scene cannot be loaded: {error}") from error
-        self._key, self._moving = key, moving
-        return self._loaded, True
+        self._kept.append(_Kept(key, moving, loaded))
+        return loaded, True
 
 
 def private_answers() -> BinaryIO:

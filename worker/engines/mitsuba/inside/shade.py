@@ -15,6 +15,7 @@ from lippmann.optics.rig.bands import wavelength_bands
 from lippmann.optics.rig.bench import bench
 from worker.engines.mitsuba.inside.channels import channel_values, check_channels, holds_splats
 from worker.engines.mitsuba.inside.messages import FileKind, Request
+from worker.engines.mitsuba.inside.motion import motion_values
 from worker.engines.mitsuba.inside.path import path_radiance
 from worker.engines.mitsuba.inside.rays import Pixels, Placement
 from worker.engines.mitsuba.inside.scenes import splats
@@ -34,7 +35,9 @@ def bands(request: Request) -> Iterator[range]:
         yield range(start, min(start + step, row_stop))
 
 
-def shade_band(scene: mi.Scene, request: Request, rows: range) -> dict[FileKind, Float32]:
+def shade_band(
+    scene: mi.Scene, request: Request, rows: range, later: mi.Scene | None = None
+) -> dict[FileKind, Float32]:
     """Return the wanted radiance and channels of some rows of a region, each float32 (pixel, number).
 
     Parameters
@@ -45,6 +48,8 @@ def shade_band(scene: mi.Scene, request: Request, rows: range) -> dict[FileKind,
         The request.
     rows
         The rows of the whole picture; see `bands`.
+    later
+        The scene at the next frame, for the channel `motion`.
 
     Raises
     ------
@@ -56,13 +61,13 @@ def shade_band(scene: mi.Scene, request: Request, rows: range) -> dict[FileKind,
     optical_bench = bench(request.job.spec.rig, reference_mm=stage.reference_mm)
     placement = Placement.of(stage)
     pixels = Pixels.of(optical_bench, request, rows)
-    others = tuple(kind for kind in request.kinds if kind != "radiance")
+    others = tuple(kind for kind in request.kinds if kind not in ("radiance", "motion"))
     values: dict[FileKind, Float32] = {}
     total = mi.Color3f(0)
     spectrum = wavelength_bands(optical_bench, request.job.spec.capture.bands)
     is_dispersing = len(spectrum) > 1
     is_whitted = request.light and settings.samples == 1 and not is_dispersing
-    if others or is_whitted:
+    if others or later is not None or is_whitted:
         # The channels of a dispersing rig are those of the d line.
         rays = pixels.rays(optical_bench)
         ray, alive = _ray(rays, placement)
@@ -71,6 +76,8 @@ def shade_band(scene: mi.Scene, request: Request, rows: range) -> dict[FileKind,
             dr.eval(seen.radiance, seen.distance)  # both by the same pass
         if others:
             values = channel_values(scene, rays, (ray, alive), placement, others, seen)
+        if later is not None and request.next_job is not None:
+            values["motion"] = motion_values(scene, later, (ray, alive), stage, request.next_job.stage)
         if is_whitted:
             light = seen.radiance if seen else whitted_radiance(scene, ray, settings.path_depth, alive)
             total = _bounded(light, settings.clamp)

@@ -63,7 +63,7 @@ def _branches(scene: mi.Scene) -> list[tuple[int, int]]:
     # A glossy surface is followed near its mirror image, unless it is diffuse too: then the lamps alone light it.
     split += [(int(kind), diffuse) for kind in (kinds.GlossyReflection, kinds.GlossyTransmission)]
     shapes = scene.shapes()
-    if any(shape.bsdf() is None for shape in shapes):  # an instance of a group, whose surfaces are not listed
+    if any(shape.class_name() == "Instance" for shape in shapes):  # of a group, whose surfaces are not listed
         return split
     present = reduce(or_, (int(shape.bsdf().flags()) for shape in shapes), 0)
     return [(kind, without) for kind, without in split if present & kind]

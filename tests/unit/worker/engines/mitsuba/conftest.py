@@ -68,6 +68,7 @@ class Room:
             cols=4,
             region=(0, 1, 1, 3),
             channels=channels,
+            next_job=self.job if "motion" in channels else None,
             bundle=str(self.bundle),
             out=str(self.number),
         )

@@ -18,7 +18,10 @@ def say(**message: object) -> None:
 
 def answer(number: int, name: str, notes: list[str], **more: object) -> None:
     """Answer with a file."""
-    files = {"radiance": name, **{kind: f"{number}-{kind}.f32" for kind in ("normal", "albedo", "object") if more}}
+    files = {
+        "radiance": name,
+        **{kind: f"{number}-{kind}.f32" for kind in ("normal", "albedo", "object", "motion") if more},
+    }
     say(number=number, files=files, load_s=0, trace_s=0, trace_cpu_s=0, notes=notes, **more)
 
 
@@ -71,6 +74,7 @@ def write_channels(number: int, behaviour: str) -> None:
     """Write the channels of two pixels, the second one without a surface, and what the behaviour makes wrong."""
     nan = float("nan")
     values = {"normal": [0.0, 0.6, 0.8, nan, nan, nan], "albedo": [0.0, 0.5, 1.0, nan, nan, nan], "object": [2.0, 0.0]}
+    values["motion"] = [0.0, 1.0, -2.5, nan, nan, nan]
     kind, _, wrong = behaviour.removeprefix("channels ").partition(" ")
     if wrong:
         values[kind][-1] = float(wrong)

@@ -58,7 +58,7 @@ def test_a_request_fails_by_name_and_the_next_one_starts_anew(
 
 
 def test_channels_come_back_with_the_names_of_the_objects(room: Room) -> None:
-    found = room.ask("channels", channels=("normal", "albedo", "object"))
+    found = room.ask("channels", channels=("normal", "albedo", "object", "motion"))
     assert found.objects == ("fish", "water")
     assert found.pixels["normal"][0, 0].tolist() == pytest.approx([0.0, 0.6, 0.8])
     assert found.pixels["object"].tolist() == [[[2.0], [0.0]]]
@@ -69,6 +69,7 @@ def test_channels_come_back_with_the_names_of_the_objects(room: Room) -> None:
     [
         ("normal 1.5", r"numbers from -1\.001 to 1\.001 as normal from Mitsuba, got nan, nan, 1\.5 at row 0, column 1"),
         ("albedo inf", "numbers from 0 to 1 as albedo from Mitsuba, got nan, nan, inf"),
+        ("motion inf", "as motion from Mitsuba, got nan, nan, inf"),
         ("object 3", "whole numbers from 0 to 2 as object from Mitsuba, got 3"),
         ("object 0.5", r"whole numbers from 0 to 2 as object from Mitsuba, got 0\.5"),
         ("object nan", "whole numbers from 0 to 2 as object from Mitsuba, got nan"),
@@ -76,7 +77,7 @@ def test_channels_come_back_with_the_names_of_the_objects(room: Room) -> None:
 )
 def test_numbers_that_no_channel_has_are_refused(room: Room, wrong: str, message: str) -> None:
     with pytest.raises(RenderFailed, match=message):
-        room.ask(f"channels {wrong}", channels=("normal", "albedo", "object"))
+        room.ask(f"channels {wrong}", channels=("normal", "albedo", "object", "motion"))
 
 
 def test_a_program_without_progress_has_stalled(room: Room) -> None:

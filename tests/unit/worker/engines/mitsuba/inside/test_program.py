@@ -36,6 +36,8 @@ def load(bundle, job, clock):
     scene = {"type": "scene", "sky": sky}
     if bundle.name == "named":
         scene |= {f"ball{k}": {"type": "sphere", "center": [k, 0, -1000]} for k in range(3)}
+    if bundle.name == "grown" and clock > 0:
+        scene |= {"ball": {"type": "sphere"}}
     names = {"ball0": "big \\u00fc\\nball", "ball1": "x" * 61}
     return SimpleNamespace(scene=mi.load_dict(scene), notes=("a note",), reads=reads, names=names)
 
@@ -144,13 +146,16 @@ def test_a_scene_that_reads_neither_clock_nor_stage_stays_for_all_frames(child: 
         ({"bundle": "/bad"}, "scene", "The file a.ply is missing."),
         ({"bundle": "/broken"}, "scene", "The scene cannot be loaded: vertex 3 is not a number"),
         ({"bundle": "/bug"}, "internal", "KeyError: 'bug'"),
-        ({"channels": ("motion",)}, "unsupported", "The channel motion is not rendered"),
+        ({"bundle": "/grown", "channels": ("motion",)}, "unsupported", "needs the same shapes in the next frame"),
     ],
 )
 def test_a_failure_is_answered_by_its_kind_and_the_next_request_is_rendered(
     child: Child, make_request: Any, changes: dict[str, Any], kind: str, message: str
 ) -> None:
-    _, answer = child.ask(renamed(make_request(), number=9, **changes))
+    request = make_request()
+    if "channels" in changes:
+        changes = {**changes, "next_job": request.job}
+    _, answer = child.ask(renamed(request, number=9, **changes))
     assert isinstance(answer, Failure)
     assert (answer.number, answer.error.kind) == (9, kind)
     assert message in answer.error.message

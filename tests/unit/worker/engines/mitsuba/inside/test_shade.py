@@ -148,6 +148,17 @@ def test_mirrors_and_glass_are_followed_without_noise(mi: Any, make_request: Any
         assert np.allclose(values["radiance"][hit], 1.0, atol=0.02), bsdf
 
 
+def test_mirrors_inside_a_group_are_followed(mi: Any, make_request: Any) -> None:
+    ball = {"type": "sphere", "radius": 60.0, "bsdf": {"type": "conductor", "material": "none"}}
+    group = {"type": "shapegroup", "ball": ball}
+    one = {"type": "instance", "group": {"type": "ref", "id": "group"}}
+    scene = {"type": "scene", "group": group, "one": one, "sky": {"type": "constant", "radiance": 1.0}}
+    values = shaded(mi, mi.load_dict(scene, optimize=False), make_request(channels=("object",)))
+    hit = values["object"][..., 0] == 1
+    assert hit.mean() > 0.2
+    assert np.allclose(values["radiance"][hit], 1.0, atol=0.02)
+
+
 def test_a_point_lamp_lights_by_the_law_of_the_cosine(mi: Any, make_request: Any) -> None:
     scene = mi.load_dict({
         "type": "scene",

@@ -65,14 +65,16 @@ def test_the_depth_of_a_sheet_of_splats_is_that_of_its_plane(mi: Any, sheet: Any
     assert (seen["radiance"][is_sheet] > 0).all()
 
 
-@pytest.mark.parametrize("channel", ["normal", "albedo", "object"])
+@pytest.mark.parametrize("channel", ["normal", "albedo", "object", "motion"])
 def test_channels_of_surfaces_are_refused_for_splats(sheet: Any, make_request: Any, channel: str) -> None:
     from worker.engines.mitsuba.inside.messages import Failure, read_answer
     from worker.engines.mitsuba.inside.program import Program
 
     answers = io.BytesIO()
     program = Program(lambda *_: SimpleNamespace(scene=sheet, notes=(), reads=()), answers)
-    program.serve(io.BytesIO(make_request(channels=("depth", channel)).line()))
+    request = make_request()
+    more = {"next_job": request.job} if channel == "motion" else {}
+    program.serve(io.BytesIO(request.model_copy(update={"channels": ("depth", channel), **more}).line()))
     answer = read_answer(answers.getvalue())
     assert isinstance(answer, Failure)
     assert answer.error.kind == "unsupported"
