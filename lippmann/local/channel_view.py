@@ -39,12 +39,12 @@ class ChannelView:
     @property
     def rows(self) -> int:
         """The pixel rows of the view."""
-        return self.values.shape[0]
+        return int(self.values.shape[0])
 
     @property
     def cols(self) -> int:
         """The pixel columns of the view."""
-        return self.values.shape[1]
+        return int(self.values.shape[1])
 
 
 def write_channel_view(master: Path, out: Path, channel: Channel, *, number: tuple[int, int] | None) -> ChannelView:

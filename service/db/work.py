@@ -74,7 +74,7 @@ def spans(session: Session, *, begin_s: float, step_s: float) -> Sequence[Span]:
     ]
 
 
-def owners(session: Session, *, owner_id: str | None) -> Sequence[Row[tuple[str, str, int, int, int, int, float, int]]]:
+def owners(session: Session, *, owner_id: str | None) -> Sequence[Row[str, str, int, int, int, int, float, int]]:
     """Return owner, name, jobs, open jobs, running tasks, frames, CPU seconds and bytes, the most CPU time first."""
     is_open = case((Job.status.in_(OPEN), 1), else_=0)
     cpu_s = func.sum(Job.cpu_s)
@@ -88,7 +88,7 @@ def owners(session: Session, *, owner_id: str | None) -> Sequence[Row[tuple[str,
     return session.execute(query.limit(MOST_OWNERS)).all()
 
 
-def _seen(query: Select[tuple[Job]], owner_id: str | None) -> Select[tuple[Job]]:
+def _seen(query: Select[Job], owner_id: str | None) -> Select[Job]:
     return query if owner_id is None else query.where(is_seen_by(owner_id))
 
 

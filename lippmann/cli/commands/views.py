@@ -78,8 +78,8 @@ def view(
             raise BadInput("expected --channel without --eye, --depth-mm, --scale and --size: its numbers do not mix")
         with open_master(file, frame=frame, connection=connection, channels=True) as master:
             shown = write_channel_view(master, out, channel, number=number)
-        data = {"file": str(out), "channel": channel, "view": {"u": shown.number[0], "v": shown.number[1]}}
-        output.result({**data, "rows": shown.rows, "cols": shown.cols, "objects": list(shown.objects)}, str(out))
+        numbers = {"view": {"u": shown.number[0], "v": shown.number[1]}, "rows": shown.rows, "cols": shown.cols}
+        output.result({"file": str(out), "channel": channel, **numbers, "objects": list(shown.objects)}, str(out))
         return
     with open_master(file, frame=frame, connection=connection) as master:
         image = open_orthoscopic(master)

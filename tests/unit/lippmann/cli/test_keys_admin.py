@@ -35,7 +35,7 @@ def test_a_key_is_made_without_one_and_the_audit_log_names_it(data_dir: Path) ->
         caller = caller_of_key(session, made["key"], now_s=time.time())
         assert caller is not None
         assert (caller.id, caller.name, caller.role, caller.owner_id) == (made["id"], "ann", Role.ADMIN, "admin")
-        (entry,) = access_rows.audit_page(session, before=None, limit=10)
+        (entry,) = access_rows.audit_page(session, before=None, limit=10, action=None, name=None, subject=None)
         assert (entry.name, entry.action, entry.subject) == ("lippmann keys admin", "create-key", made["id"])
     database.dispose()
 

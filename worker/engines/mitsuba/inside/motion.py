@@ -113,7 +113,8 @@ def _between(shape: Any, corners: NDArray[np.int64], weights: Points) -> Points:
 
 def _in_rig(points: Points, stage: Stage) -> Points:
     """Return points of the scene in the rig frame, mm."""
-    return _mapped(np.linalg.inv(rig_to_scene(stage, auto="right")), points)
+    to_rig = np.linalg.inv(rig_to_scene(stage, auto="right")).astype(np.float64)
+    return _mapped(to_rig, points)
 
 
 def _mapped(matrix: Points, points: Points) -> Points:
