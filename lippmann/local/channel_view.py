@@ -84,7 +84,17 @@ def write_channel_view(master: Path, out: Path, channel: Channel, *, number: tup
 
 
 def channel_of_view(master: Path, channel: Channel, *, number: tuple[int, int] | None) -> ChannelView:
-    """Read a channel of a view on square pixels, from the nearest lens; see `write_channel_view`."""
+    """Read a channel of a view on square pixels, from the nearest lens; see `write_channel_view`.
+
+    Parameters
+    ----------
+    master
+        The master beside which the channels of its frame lie.
+    channel
+        The channel.
+    number
+        The view, (u, v); None for the one in the middle.
+    """
     layout, file = display_size(named_rig(master)), channels_beside(master)
     attributes: dict[str, str] = {}
     if file.is_file():

@@ -38,7 +38,7 @@ def page_jobs(
     Raises
     ------
     Invalid
-        If the cursor is none of this order, or if there is an offset too.
+        If the cursor is not of this order, or if there is an offset too.
     """
     after = None
     if cursor is not None:

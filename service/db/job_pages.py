@@ -135,7 +135,7 @@ IS_TEXT = frozenset({JobSort.CREATED, JobSort.NAME, JobSort.OWNER})
 
 
 def parse_position(cursor: str, sort: JobSort) -> Position | None:
-    """Return the position in a cursor, None if the text is none of this order; the inverse of `cursor_of`.
+    """Return the position in a cursor, None for a text that is not of this order; the inverse of `cursor_of`.
 
     >>> parse_position("01h~2.5", JobSort.COST)
     Position(job_id='01h', value=2.5)

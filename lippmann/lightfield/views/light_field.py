@@ -75,7 +75,15 @@ def on_square_pixels(views: NDArray[np.floating[Any]], layout: CellLayout) -> ND
 
 
 def nearest_on_square_pixels(views: NDArray[Number], layout: CellLayout) -> NDArray[Number]:
-    """Resample all views to square pixels from the nearest lenses; see `on_square_pixels` and `nearest_as_square`."""
+    """Resample all views to square pixels from the nearest lenses; see `on_square_pixels` and `nearest_as_square`.
+
+    Parameters
+    ----------
+    views
+        All views, `(v, u, row, col, channel)`.
+    layout
+        The layout of the sheet.
+    """
     if not layout.interlocks:
         return views
     return np.stack([[nearest_as_square(view, layout) for view in row] for row in views])

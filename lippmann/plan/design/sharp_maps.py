@@ -64,7 +64,7 @@ def focus_of_scene(view: View, z_mm: Map) -> Map:
         The view.
     z_mm
         The distance of the surface that each pixel shows from the origin of the rig, `(row, col)` of square pixels, mm;
-        NaN where there is none.
+        NaN elsewhere.
 
     Returns
     -------

@@ -38,7 +38,7 @@ class Found:
     version: str
     variant: str
     note: str = ""
-    """Why not by the GPU that there is; empty if by it, or without one."""
+    """Why not by the GPU of the machine; empty if by it, or without one."""
 
 
 @dataclass(frozen=True)

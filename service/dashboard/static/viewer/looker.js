@@ -170,10 +170,17 @@ function Look({ job, frames }) {
       <p id="look-hint" class="unseen">${kind.hint}</p>
       <${TimeBar} frames=${numbers} index=${index} show=${show} player=${player} />
       <div class="bar controls">
-        ${asked && html`<${kind.Controls} ...${asked} isFree=${stand.place === null} hold=${() => hand.current.place()} />`}
+        ${
+          asked &&
+          html`
+            <${kind.Controls} ...${asked} isFree=${stand.place === null} hold=${() => hand.current.place()} />
+          `
+        }
         ${
           stand.zoom.scale !== 1 &&
-          html`<button onClick=${() => change({ zoom: FIT })}>${count(Math.round(100 * stand.zoom.scale))} %, fit</button>`
+          html`
+            <button onClick=${() => change({ zoom: FIT })}>${count(Math.round(100 * stand.zoom.scale))} %, fit</button>
+          `
         }
         <span class="numbers" aria-live=${player.isPlaying ? "off" : "polite"}>
           Frame ${frame}${asked && ` · ${kind.said({ ...asked, isFree: stand.place === null })}`}

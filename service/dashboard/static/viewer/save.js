@@ -15,7 +15,11 @@ export function Save({ url, item, stage, name, sheet }) {
         ${url && html`<a class="button" href=${url} download>This picture, one pixel per lens (PNG)</a>`}
         ${
           item?.[sheet || "views"] &&
-          html`<a class="button" href=${link(item[sheet || "views"])} download>${sheet ? "This sheet" : "All views"} (EXR)</a>`
+          html`
+            <a class="button" href=${link(item[sheet || "views"])} download>
+              ${sheet ? "This sheet" : "All views"} (EXR)
+            </a>
+          `
         }
         ${sheet && item && html`<a class="button" href="${link(item[sheet])}?format=png" download>This sheet (PNG)</a>`}
       </div>

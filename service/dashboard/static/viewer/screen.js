@@ -123,7 +123,10 @@ export function Screen({
       ${item?.thumbUrl && !atlas && isPainted && html`<img class="poster" src=${item.thumbUrl} alt="" />`}
       ${
         kind.Picture
-          ? html`<${kind.Picture} ...${given} item=${item} label=${label} styleOf=${styleOf} onSize=${onSize} busy=${busy} />`
+          ? html`
+              <${kind.Picture} ...${given} item=${item} label=${label} styleOf=${styleOf} onSize=${onSize}
+                busy=${busy} />
+            `
           : isPainted
             ? html`<${ViewCanvas}
                 atlas=${atlas}

@@ -11,7 +11,9 @@ export function TimeBar({ frames, index, show, player }) {
         ${player.isPlaying ? "❚❚" : "▶"}
       </button>
       <button onClick=${() => show(index - 1)} disabled=${index <= 0} aria-label="Previous frame">←</button>
-      <button onClick=${() => show(index + 1)} disabled=${index + 1 >= frames.length} aria-label="Next frame">→</button>
+      <button onClick=${() => show(index + 1)} disabled=${index + 1 >= frames.length} aria-label="Next frame">
+        →
+      </button>
       <input
         type="range"
         min="0"
@@ -29,7 +31,8 @@ export function TimeBar({ frames, index, show, player }) {
         </select>
       </label>
       <label class="loop">
-        <input type="checkbox" checked=${player.isLooping} onChange=${(event) => player.setLooping(event.target.checked)} />
+        <input type="checkbox" checked=${player.isLooping}
+          onChange=${(event) => player.setLooping(event.target.checked)} />
         Loop
       </label>
     </div>
