@@ -67,8 +67,10 @@ class KnownCameras:
         if not stage.follow_camera:
             try:
                 return upright_stage(job, camera(1))
-            except (Permanent, OutOfMemory):  # frame 1 may fail where the frame of the preview does not
-                return upright_stage(job, camera(frame))
+            except (Permanent, OutOfMemory):
+                if frame == 1:
+                    raise
+                return upright_stage(job, camera(frame))  # frame 1 may fail where the frame of the preview does not
         first, now = camera(1), camera(frame)
         if first is None or now is None:
             raise no_camera(frame)

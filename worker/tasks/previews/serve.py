@@ -59,13 +59,16 @@ class WantedMonitor:
         The id of the preview.
     place
         The workplace, which knows whether the worker is being shut down.
+    limit_s
+        The time after which it is stopped even if somebody waits: a preview may run an engine several times.
     """
 
-    def __init__(self, orders: PreviewOrders, preview: str, place: Workplace) -> None:
+    def __init__(self, orders: PreviewOrders, preview: str, place: Workplace, *, limit_s: float) -> None:
         self.progress = 0.0
         self._orders = orders
         self._preview = preview
         self._place = place
+        self._limit_s = limit_s
         self._began_s = self._asked_s = time.monotonic()
         self._is_wanted = True
 
@@ -76,8 +79,9 @@ class WantedMonitor:
             self._asked_s = now_s
             with suppress(RedisError):
                 self._is_wanted = self._orders.is_wanted(self._preview)
-        is_long = now_s - self._began_s > LET_FINISH_S
-        return (is_long and not self._is_wanted) or self._place.stopping()
+        took_s = now_s - self._began_s
+        is_given_up = took_s > LET_FINISH_S and not self._is_wanted
+        return is_given_up or took_s > self._limit_s or self._place.stopping()
 
     def announce_end(self) -> None:
         """Do nothing: a preview has no slot."""
@@ -122,7 +126,7 @@ class PreviewServer:
             own_s, "LIPPMANN_PREVIEW_LIMIT_S of the worker"
         )
         self._place.store.expect(order.store_id)
-        monitor = WantedMonitor(self._orders, order.id, self._place)
+        monitor = WantedMonitor(self._orders, order.id, self._place, limit_s=2 * limit.seconds)
         try:
             made = render_preview(
                 self._place, order.job, order.frame, limit=limit, cameras=self._cameras, monitor=monitor

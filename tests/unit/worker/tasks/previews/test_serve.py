@@ -70,9 +70,9 @@ def test_a_long_preview_stops_when_nobody_waits_and_a_short_one_ends(
 ) -> None:
     order = sent(broker)
     monkeypatch.setattr(serve, "ASK_S", 0.0)
-    short = WantedMonitor(orders, order.id, place)
+    short = WantedMonitor(orders, order.id, place, limit_s=600)
     monkeypatch.setattr(serve, "LET_FINISH_S", 0.0)
-    long = WantedMonitor(orders, order.id, place)
+    long = WantedMonitor(orders, order.id, place, limit_s=600)
     assert not long.should_stop()
     broker.client.delete(wire.preview_wanted_key(order.id))
     assert long.should_stop()
@@ -80,9 +80,17 @@ def test_a_long_preview_stops_when_nobody_waits_and_a_short_one_ends(
     assert not short.should_stop()
 
 
+def test_a_preview_that_somebody_waits_for_has_a_limit_too(
+    broker: Broker, orders: PreviewOrders, place: Workplace
+) -> None:
+    order = sent(broker)
+    assert WantedMonitor(orders, order.id, place, limit_s=0.0).should_stop()
+    assert not WantedMonitor(orders, order.id, place, limit_s=600).should_stop()
+
+
 def test_a_preview_ends_with_its_worker(broker: Broker, orders: PreviewOrders, tmp_path: Path) -> None:
     place = local_place(tmp_path)
-    monitor = WantedMonitor(orders, sent(broker).id, place)
+    monitor = WantedMonitor(orders, sent(broker).id, place, limit_s=600)
     assert not monitor.should_stop()
     place.settings.stopping_file.parent.mkdir(parents=True, exist_ok=True)
     place.settings.stopping_file.touch()
