@@ -51,6 +51,8 @@ if TYPE_CHECKING:
 _PAGE = 500
 """The largest page that the service returns."""
 _API = "/api/v1"
+PREVIEW_S = 75.0
+"""The time within which a preview is answered; a service gives it up after at most 60 s."""
 
 FramePicture = Literal["view", "perspective", "refocus", "observer", "views.atlas", "depth.map"]
 """A picture that the service makes of a frame on demand."""
@@ -151,7 +153,9 @@ class Client:
 
         given = {"frame": frame, "lenses": lenses, "px_per_lens": px_per_lens, "stream": stream or None}
         params = {name: str(value) for name, value in given.items() if value is not None}
-        answer = self._transport.request("POST", f"{_API}/preview", params=params, json=_job_file(job))
+        answer = self._transport.request(
+            "POST", f"{_API}/preview", params=params, json=_job_file(job), timeout=PREVIEW_S
+        )
         return _answered(Preview, answer)
 
     def job(self, job_id: str) -> Job:

@@ -20,6 +20,8 @@ from worker.images.read import read_rgb
 
 pytestmark = needs_povray
 
+PATIENT = {"LIPPMANN_MITSUBA": "auto", "LIPPMANN_PREVIEW_TIMEOUT_S": "60", "LIPPMANN_PREVIEW_LIMIT_S": "60"}
+"""The environment of the farm; the start of an engine may take long on a busy machine."""
 WARM_START_S = 0.5
 """A start of Mitsuba with its scene takes longer on every machine."""
 
@@ -48,7 +50,7 @@ def test_both_engines_render_previews_and_mitsuba_keeps_its_scene(tmp_path: Path
     found = mitsuba_version()
     if isinstance(found, Missing):
         missing(f"needs Mitsuba: {found.reason}")
-    with farm_up(tmp_path / "farm", slots=1, env={"LIPPMANN_MITSUBA": "auto"}) as farm:
+    with farm_up(tmp_path / "farm", slots=1, env=PATIENT) as farm:
         client = farm.client
         until(lambda: client.workers().items)
         cold = previewed(client, "fish-mesh")
