@@ -19,13 +19,14 @@ MADE = PreviewMade(
 
 @dataclass
 class Answering:
-    """The worker w1, which answers each order as told."""
+    """A worker that answers each order as told."""
 
     url: str
     answer: Callable[[PreviewOrder], PreviewAnswer | None] = lambda order: PreviewAnswer(
         id=order.id, worker="w1", made=MADE
     )
     seals: Seals = SEALS
+    name: str = "w1"
     taken: list[str] = field(default_factory=list)
 
     def __enter__(self) -> Answering:
@@ -39,7 +40,7 @@ class Answering:
         self._thread.join()
 
     def _run(self) -> None:
-        orders = PreviewOrders(self.url, "w1", None, seals=self.seals)
+        orders = PreviewOrders(self.url, self.name, None, seals=self.seals)
         while not self._ended.is_set():
             order = orders.take(0.05)
             if order is not None:

@@ -143,6 +143,8 @@ class Worker(Answer):
     """True if an admin has excluded it."""
     avoided_by: int = 0
     """The number of open jobs that avoid it now, because their tasks failed there."""
+    previews: bool = False
+    """True if it renders previews."""
     not_claiming_since_s: float | None
     """The time since when it takes no orders although it has a free slot, in seconds since 1970; null if it does."""
 

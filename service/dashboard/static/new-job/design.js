@@ -81,7 +81,7 @@ function Bench({ svg, problem }) {
       ${svg && html`<button type="button" onClick=${() => dialog.current.showModal()}>Enlarge</button>`}
     </div>
     <dialog ref=${dialog} class="large-bench" aria-label="The optical bench">
-      <div class="bench"><${Drawing} svg=${svg} /></div>
+      <div class="bench" tabindex="0" role="group" aria-label="Drawing"><${Drawing} svg=${svg} /></div>
       <form method="dialog"><button>Close</button></form>
     </dialog>
   `;

@@ -1,5 +1,6 @@
 // Fields with parts: objects that may be absent, values of several forms, and lists of objects.
 import { useState } from "preact/hooks";
+import { link } from "../api/operations.js";
 import { html } from "../shared/html.js";
 import { faultsAt, hasFault } from "./faults.js";
 import { Help, Radios, Simple, words } from "./inputs.js";
@@ -122,7 +123,7 @@ function Item({ field, item, place, path, form, remove }) {
           Remove
         </button>
       </p>
-      ${one?.tag && html`<p class="help">${words(one.help)}</p>`}
+      ${one?.tag && html`<p class="help">${words(one.help)} <a href=${link(`/docs#${one.model}`)}>Reference</a></p>`}
       <${Help} id=${path} said=${faultsAt(form.faults, path, children)} />
       ${
         one &&

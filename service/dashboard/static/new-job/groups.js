@@ -10,6 +10,7 @@ const GROUPS = [
     name: "optics",
     title: "Optics",
     paths: ["rig", "capture"],
+    sliders: true,
     first: [
       "rig.lens_array.count",
       "rig.px_per_lens",
@@ -38,11 +39,21 @@ const ELSEWHERE = new Set(["scene", "parameters", "animation"]);
 export function groupsOf(schema) {
   const leaves = fieldsOf(schema, schema).flatMap((field) => leavesOf(field, "", { label: "", model: "JobSpec" }));
   const shown = leaves.filter(({ path }) => !ELSEWHERE.has(path));
-  return GROUPS.map(({ name, title, first }) => {
+  return GROUPS.map(({ name, title, first, sliders }) => {
     const mine = shown.filter(({ path }) => groupOf(path) === name);
     const known = first.map((path) => mine.find((field) => field.path === path)).filter(Boolean);
-    return { name, title, first: known, more: sections(mine.filter((field) => !known.includes(field))) };
+    const main = sliders ? known.map((field) => ({ ...field, slider: spanOf(field) })) : known;
+    return { name, title, first: main, more: sections(mine.filter((field) => !known.includes(field))) };
   });
+}
+
+// The range of a slider: around the default, and within that of the field, which may reach a kilometre.
+export function spanOf({ kind, fallback, least, most, isInteger }) {
+  if (kind !== "number" || !fallback) return null;
+  const span = 2 * Math.abs(fallback);
+  const from = Math.max(least ?? -Infinity, fallback - span);
+  // The least value is often 0, and is not allowed itself.
+  return { least: from || Math.abs(fallback) / 10, most: Math.min(most ?? Infinity, fallback + span), isInteger };
 }
 
 // Objects that every job has are taken apart; an object that may be absent is one field.

@@ -2,6 +2,7 @@
 import { useState } from "preact/hooks";
 import { html } from "../shared/html.js";
 import { faultsAt } from "./faults.js";
+import { Slider } from "./slider.js";
 import { isAnimated, isSame, keyframesText, numberOf, numbersOf, textOf, valueAt } from "./job_file.js";
 
 const FEW = 4; // Up to so many choices are radio buttons.
@@ -45,6 +46,7 @@ function Input({ id, value, hint, isNumeric, put, ...rest }) {
 function Text({ field, path, form, value, said }) {
   const isNumeric = field.kind === "number";
   const read = { number: numberOf, values: field.isNumber ? numbersOf : textsOf }[field.kind] || plainText;
+  const shown = value ?? hintOf(field, path, form);
   const list = field.examples?.length && field.kind === "text" ? `l-${path}` : null;
   return html`
     <div class="field ${isNumeric ? "" : "wide"}">
@@ -54,6 +56,12 @@ function Text({ field, path, form, value, said }) {
         aria-describedby=${described(path, field, said)} />
       ${list && html`<datalist id=${list}>${field.examples.map((one) => html`<option value=${one} />`)}</datalist>`}
       <${Help} id=${path} text=${field.help} said=${said} />
+      ${
+        field.slider &&
+        typeof shown === "number" &&
+        html`<${Slider} label=${field.label} range=${field.slider} value=${shown}
+          put=${(one) => form.set(path, one)} />`
+      }
     </div>
   `;
 }

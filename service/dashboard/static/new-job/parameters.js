@@ -2,9 +2,7 @@
 import { html } from "../shared/html.js";
 import { faultsAt } from "./faults.js";
 import { Help, Simple } from "./inputs.js";
-import { numberOf, textOf, valueAt } from "./job_file.js";
-
-const STEPS = 200; // The steps of a slider over its range.
+import { textOf, valueAt } from "./job_file.js";
 
 export function Parameters({ scene, form }) {
   const names = Object.keys(scene.parameters);
@@ -39,24 +37,10 @@ function Parameter({ name, about, form }) {
   if (about.type === "boolean") return html`<${Simple} field=${{ ...field, kind: "flag" }} ...${{ path, form }} />`;
   if (about.type === "color") return html`<${Colour} ...${{ field, path, form, value }} />`;
   const hasRange = isNumber && about.minimum !== null && about.maximum !== null;
-  const range = hasRange && typeof (value ?? about.default) === "number";
-  return html`
-    <div class="parameter">
-      <${Simple} field=${{ ...field, kind: isNumber ? "number" : "text" }} ...${{ path, form }} />
-      ${
-        range &&
-        html`
-        <input type="range" aria-label=${`${label}, slider`} min=${about.minimum} max=${about.maximum}
-          step=${about.type === "integer" ? 1 : stepOf(about)} value=${value ?? about.default}
-          onInput=${(event) => form.set(path, numberOf(event.target.value))} />
-      `
-      }
-    </div>
-  `;
+  const range = { least: about.minimum, most: about.maximum, isInteger: about.type === "integer" };
+  const kind = isNumber ? "number" : "text";
+  return html`<${Simple} field=${{ ...field, kind, slider: hasRange && range }} ...${{ path, form }} />`;
 }
-
-// A round step, so that the slider says short numbers.
-const stepOf = ({ minimum, maximum }) => 10 ** Math.floor(Math.log10((maximum - minimum) / STEPS));
 
 function Colour({ field, path, form, value }) {
   const said = faultsAt(form.faults, path);

@@ -1,8 +1,10 @@
-// The scene of a new job, chosen from pictures in a strip of constant height.
+// The scene of a new job, chosen from pictures in a strip of constant height. A scene without a poster has the picture
+// of its preview.
 import { link } from "../api/operations.js";
 import { html } from "../shared/html.js";
+import { Shot } from "./preview.js";
 
-export function Scenes({ scenes, chosen, choose, said, children }) {
+export function Scenes({ scenes, chosen, choose, said, pictures, children }) {
   const scene = scenes?.find(({ name }) => name === chosen);
   return html`
     <div class="scenes wide" role="radiogroup" aria-label="Scene">
@@ -14,7 +16,9 @@ export function Scenes({ scenes, chosen, choose, said, children }) {
             ${
               poster
                 ? html`<img src=${link(poster)} alt="" width="132" height="132" />`
-                : html`<span class="lattice"></span>`
+                : pictures[name]
+                  ? html`<${Shot} bitmap=${pictures[name]} />`
+                  : html`<span class="lattice"></span>`
             }
             <span>${title}</span>
           </label>

@@ -1,5 +1,5 @@
 // The form for a new job: its fields come from the schema of the job file that the service serves.
-import { useEffect, useRef, useState } from "preact/hooks";
+import { useEffect, useMemo, useRef, useState } from "preact/hooks";
 import { getJob, getScenes, getSchema, link, postJob } from "../api/operations.js";
 import { html } from "../shared/html.js";
 import { useAddress } from "../shared/use_address.js";
@@ -11,6 +11,7 @@ import { groupsOf } from "./groups.js";
 import { jobFileOf, valueAt, withValue } from "./job_file.js";
 import { JobText } from "./job_text.js";
 import { Parameters } from "./parameters.js";
+import { Preview, usePreview } from "./preview.js";
 import { Presets } from "./presets.js";
 import { Scenes } from "./scenes.js";
 import { fieldsOf } from "./schema.js";
@@ -59,6 +60,9 @@ function Form({ schema, scenes, job, setJob }) {
   const mayNot = useKnown((known) => known.session !== null && !maySubmit(known));
   const scene = scenes.find(({ name }) => name === job.scene);
   const design = useDesign(scene?.sheets ? null : job); // Imported integral images have no design.
+  const pictures = useRef({}); // By scene.
+  const preview = usePreview(job, !mayNot && !scene?.sheets && !design.problem);
+  if (preview.preview) pictures.current[preview.preview.scene] = preview.preview.view;
   const put = (changed) => {
     setRefusal(null);
     setJob(changed);
@@ -92,7 +96,7 @@ function Form({ schema, scenes, job, setJob }) {
     }
     setBusy(false);
   };
-  const groups = groupsOf(schema);
+  const groups = useMemo(() => groupsOf(schema), [schema]);
   const paths = ["scene", "parameters", ...groups.flatMap(pathsOf)];
   return html`
     <form onSubmit=${submit} noValidate aria-labelledby="submit-title">
@@ -104,7 +108,8 @@ function Form({ schema, scenes, job, setJob }) {
               ${
                 group.name === "scene" &&
                 html`
-                  <${Scenes} ...${{ scenes, choose }} chosen=${job.scene} said=${faultsAt(faults, "scene")}>
+                  <${Scenes} ...${{ scenes, choose }} pictures=${pictures.current} chosen=${job.scene}
+                    said=${faultsAt(faults, "scene")}>
                     <${Upload} isAllowed=${!mayNot} add=${add} />
                   <//>
                   ${scene && html`<${Parameters} ...${{ scene, form }} />`}
@@ -113,8 +118,13 @@ function Form({ schema, scenes, job, setJob }) {
             <//>
           `,
         )}
+      </div>
+      <div class="beside">
+        <${Preview} ...${{ ...preview, scene, form }} isStale=${design.problem !== null} mayNot=${mayNot} />
+        <${DesignPanel} ...${design} />
+      </div>
+      <div class="end">
         <${JobText} job=${job} setJob=${put} />
-        <div class="end">
           ${
             refusal &&
             html`
@@ -128,9 +138,7 @@ function Form({ schema, scenes, job, setJob }) {
             <button class="primary" disabled=${isBusy || mayNot}>${isBusy ? "Submitting …" : "Submit"}</button>
             ${mayNot && html`<span class="quiet">${READS_ONLY}</span>`}
           </p>
-        </div>
       </div>
-      <div class="beside"><${DesignPanel} ...${design} /></div>
     </form>
   `;
 }
@@ -161,7 +169,7 @@ function Group({ group, form, children }) {
         <${More} title=${`More: ${more.map(namesOf).join(", ").toLowerCase()}`} isOpen=${hasFault(form.faults, rest)}>
           ${more.map(
             (one) => html`
-            ${one.title && html`<h3><a href=${link(`/docs#${one.model}`)}>${one.title}</a></h3>`}
+            ${one.title && html`<h2><a href=${link(`/docs#${one.model}`)}>${one.title}</a></h2>`}
             <div class="parts">${drawn(one.fields)}</div>
           `,
           )}
