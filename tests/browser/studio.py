@@ -89,7 +89,7 @@ class Studio:
         """What POV-Ray says of a task instead of rendering it: the job ends with it."""
         self.has_cache = False
         """True if every tile comes from the render cache."""
-        self._store, self._picture = store, picture
+        self.store, self._picture = store, picture
         self._go = threading.Semaphore(0)
         self._is_held = False
 
@@ -108,7 +108,7 @@ class Studio:
             self._go.acquire()
         message = self.faults.get((order.kind, order.frame))
         if message is not None:
-            self._store.put_bytes(names.job_artifact(order.job_id, self._log_name(order)), message.encode())
+            self.store.put_bytes(names.job_artifact(order.job_id, self._log_name(order)), message.encode())
             yield event(order, EventKind.FAILED, failure=Failure(code="scene", message=message, permanent=True))
             return
         self._make(order)
@@ -139,11 +139,11 @@ class Studio:
             write_png(folder / "grid.png", self._picture(frame, LENSES))
             self._put(job_id, name, folder / "grid.png")
         told = json.dumps({"files": files}).encode()
-        self._store.put_bytes(names.job_artifact(job_id, "exports/view_grid.png.json"), told)
+        self.store.put_bytes(names.job_artifact(job_id, "exports/view_grid.png.json"), told)
 
     def _assemble(self, job_id: str, frame: int, scratch: Path) -> None:
         picture = self._picture(frame, LENSES * PX)
-        sheet = ResolvedJob.model_validate_json(self._store.get_bytes(names.job_artifact(job_id, names.JOB_FILE)))
+        sheet = ResolvedJob.model_validate_json(self.store.get_bytes(names.job_artifact(job_id, names.JOB_FILE)))
         masters = {
             names.integral_name(frame): picture,
             names.orthoscopic_name(frame): coded_sheet(display_size(sheet.spec.rig), frame),
@@ -156,4 +156,4 @@ class Studio:
         self._put(job_id, names.thumb_name(frame), scratch)
 
     def _put(self, job_id: str, name: str, scratch: Path) -> None:
-        self._store.put_file(names.job_artifact(job_id, name), scratch)
+        self.store.put_file(names.job_artifact(job_id, name), scratch)

@@ -100,6 +100,14 @@ export function pictureUrl(id, frame, what, query) {
   return withQuery(`${BASE}/jobs/${encodeURIComponent(id)}/frames/${frame}/${what}`, query);
 }
 
+// The depth to which to refocus, so that what is at a place {x, y}, 0 to 1, is sharp.
+export const getFocusDepth = (id, frame, place) => get(`/jobs/${encodeURIComponent(id)}/frames/${frame}/depth`, place);
+
+// The bytes of a PFM.
+export async function getNumbers(url, signal) {
+  return (await answered(link(url), { signal })).arrayBuffer();
+}
+
 // Loads a picture without colour conversion.
 export async function getPicture(url, signal) {
   return createImageBitmap(await answered(url, { signal }), { colorSpaceConversion: "none", premultiplyAlpha: "none" });

@@ -29,6 +29,7 @@ export function Screen({
   const stage = useRef(null);
   const draw = useRef(() => {});
   const marker = useRef(null);
+  const follow = useRef(/** @type {any} */ ({})); // the place of the eye, and the function of an overlay that follows it
   const eye = useRef(null);
   const [isFocused, setFocused] = useState(false);
   const isSteered = isPainted && kind.movesEye === true;
@@ -102,6 +103,8 @@ export function Screen({
     const isMoving = isSteered && eye.current.step(now_ms);
     marker.current?.setAttribute("cx", 50 + 42 * eye.current.now.x);
     marker.current?.setAttribute("cy", 50 + 42 * eye.current.now.y);
+    follow.current.place = eye.current.place;
+    follow.current.draw?.(eye.current.place);
     return isMoving;
   };
   const styleOf = (picture) => {
@@ -148,7 +151,7 @@ export function Screen({
                 busy=${busy}
               />`
       }
-      ${kind.Overlay && html`<${kind.Overlay} ...${given} styleOf=${styleOf} />`}
+      ${kind.Overlay && html`<${kind.Overlay} ...${given} styleOf=${styleOf} follow=${follow} />`}
       ${isSteered && html`<${Place} place=${eye.current.now} marker=${marker} />`}
     </div>
   `;

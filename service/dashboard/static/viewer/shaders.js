@@ -15,14 +15,18 @@ uniform ivec2 size; // the size of a view in px
 out vec4 light;
 `;
 
-// The weighted mean of four views.
+// The weighted mean of four views; or for each of two eyes, with its shares of the colours.
 export const BLEND = `${HEAD}
 uniform sampler2D atlas;
-uniform ivec2 cell[4];
-uniform float share[4];
+uniform int eyes;
+uniform ivec2 cell[8];
+uniform float share[8];
+uniform mat3 colours[2];
 void main() {
   vec3 sum = vec3(0.0);
-  for (int k = 0; k < 4; k++) sum += share[k] * texelFetch(atlas, cell[k] * size + ivec2(gl_FragCoord.xy), 0).rgb;
+  for (int k = 0; k < 4 * eyes; k++) {
+    sum += share[k] * colours[k / 4] * texelFetch(atlas, cell[k] * size + ivec2(gl_FragCoord.xy), 0).rgb;
+  }
   light = vec4(sum, 1.0);
 }`;
 

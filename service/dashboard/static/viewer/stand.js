@@ -1,5 +1,6 @@
 // The state of the viewer: what is shown of a frame, and from where. All of it is in the address, so that a link shows
 // the same pixels.
+import { EYES_APART_MM, LEAST_APART_MM, MOST_APART_MM } from "./stereo.js";
 import { FIT, MOST } from "./zoom.js";
 
 export const START = {
@@ -10,6 +11,12 @@ export const START = {
   depth_mm: null,
   eye: { x: 0, y: 0, z: null }, // of the observer, mm
   eyes: "one",
+  apart_mm: EYES_APART_MM,
+  pupil_mm: 4,
+  focus_mm: 0, // the depth on which the observer focuses
+  gap: "focal", // "focal", "real", "virtual", or "own" for gap_mm
+  gap_mm: null,
+  showsDepth: false,
   sheet: "orthoscopic",
   zoom: FIT,
 };
@@ -48,6 +55,12 @@ const FIELDS = [
   { path: "eye.y", ...number("up", -FAR, FAR) },
   { path: "eye.z", ...number("away", 1, FAR) },
   { path: "eyes", ...word("eyes", ["one", "anaglyph", "side_by_side", "cross_eyed"]) },
+  { path: "apart_mm", ...number("apart", LEAST_APART_MM, MOST_APART_MM) },
+  { path: "pupil_mm", ...number("pupil", 0.1, 100) },
+  { path: "focus_mm", ...number("focused", -FAR, FAR) },
+  { path: "gap", ...word("gap", ["focal", "real", "virtual", "own"]) },
+  { path: "gap_mm", ...number("gapmm", 0.01, 1000) },
+  { path: "showsDepth", name: "map", from: (text) => text === "1", to: (is) => (is ? "1" : undefined) },
   { path: "sheet", ...word("sheet", ["orthoscopic", "integral", "views"]) },
   { path: "zoom.scale", ...number("zoom", 1, MOST) },
   { path: "zoom.x", ...number("zx", 0, 1) },

@@ -1,8 +1,10 @@
 // Draws views and refocused pictures from the atlas of a frame with WebGL2.
 import { BLEND, ENLARGE, EVERYWHERE, REFOCUS } from "./shaders.js";
+import { LEFT, RIGHT } from "./stereo.js";
 import { blend, presence, substitutes } from "./views.js";
 
 export const MAX_ATLAS_PX = 4096; // The largest texture side that phones support, 64 MiB.
+const PLAIN = [1, 0, 0, 0, 1, 0, 0, 0, 1];
 const BACKGROUND = [0x0c / 255, 0x0e / 255, 0x0f / 255]; // That of the stage, in viewer.css.
 
 export class Painter {
@@ -44,9 +46,31 @@ export class Painter {
 
   // Draws the view from a position of the eye.
   around(place, isSmooth) {
+    this.mixed([[place, PLAIN]], isSmooth);
+  }
+
+  // Draws the picture for red-cyan glasses from the positions of two eyes.
+  anaglyph(left, right, isSmooth) {
+    this.mixed(
+      [
+        [left, LEFT],
+        [right, RIGHT],
+      ],
+      isSmooth,
+    );
+  }
+
+  // Draws the sum of the views from several positions, each with its shares of the colours, by rows.
+  mixed(eyes, isSmooth) {
     const { gl } = this;
-    const cells = blend(this.frameViews, this.stands, place);
+    const cells = eyes.flatMap(([place]) => blend(this.frameViews, this.stands, place));
     const use = this.begin(this.programs.blend, this.atlas);
+    gl.uniform1i(use("eyes"), eyes.length);
+    gl.uniformMatrix3fv(
+      use("colours"),
+      true,
+      eyes.flatMap(([, colours]) => colours),
+    );
     gl.uniform2iv(
       use("cell"),
       cells.flatMap(({ at }) => at),

@@ -14,7 +14,8 @@
 //   said(given)                     the description beside the frame number
 //   Controls                        the component below the picture; it gets `given`, isFree and hold()
 //   Picture                         a component in place of the picture of the service; see sheet.js
-//   Overlay                         a component over the picture; it gets `given` and styleOf(size)
+//   Overlay                         a component over the picture; it gets `given`, styleOf(size) and `follow`, a ref of
+//                                   {place, draw}: draw(place) is called with every next place of the eye
 // `stand` is described in stand.js; `change(patch)` changes it.
 import { focus } from "./focus.js";
 import { look } from "./look.js";
