@@ -11,7 +11,7 @@ pages          the pages and the router
 api/      the requests to the API, and the page of the API
 state/    what the page knows: `store` holds it, `live` keeps it current, `frame_pages` has the frames of the open job
 jobs/     the list of jobs, and one job with rig, videos, frames and failures
-viewer/   one frame in full size: static pictures, and the modes of the interactive viewer
+viewer/   the viewer of a job: stage, eye, time and zoom, and a module for each mode in modes/
 new-job/  the form for a new job, with its parameters and the design
 farm/     the header with the health of the farm
 account/  the login page, and the keys and browser sessions

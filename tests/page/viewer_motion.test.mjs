@@ -1,7 +1,15 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { Eye } from "../../service/dashboard/static/viewer/eye.js";
-import { hovered, resting, speedOf, sprung, tilted, turned } from "../../service/dashboard/static/viewer/motion.js";
+import {
+  hovered,
+  onScreen,
+  resting,
+  speedOf,
+  sprung,
+  tilted,
+  turned,
+} from "../../service/dashboard/static/viewer/motion.js";
 
 const HOME = { x: 0, y: 0 };
 
@@ -56,4 +64,14 @@ test("a free eye sways while nobody steers, a held one and a calm one do not", (
   const calm = new Eye(HOME, true);
   assert.equal(calm.step(0) || calm.step(6000), false);
   assert.deepEqual(calm.place, HOME);
+});
+
+test("the tilt of a phone on its side is that of its screen", () => {
+  assert.deepEqual(onScreen(1, 2, 0), [1, 2]);
+  // Whichever side it lies on, four quarter turns lead back.
+  let tilt = [1, 2];
+  for (let turns = 0; turns < 4; turns++) tilt = onScreen(...tilt, 90);
+  assert.deepEqual(tilt, [1, 2]);
+  assert.deepEqual(onScreen(...onScreen(1, 2, 90), 270), [1, 2]);
+  assert.deepEqual(onScreen(...onScreen(1, 2, 90), 90), onScreen(1, 2, 180));
 });

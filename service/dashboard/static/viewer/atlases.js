@@ -1,16 +1,16 @@
 // The atlases of the frames of a job: a small one for the first picture and for playing, and the whole one for looking.
 import { getFrameViews, getPicture, link } from "../api/operations.js";
 import { Shelf } from "./shelf.js";
+import { isWhole } from "./views.js";
 import { MAX_ATLAS_PX } from "./webgl.js";
 
-const FIRST_PX = 768; // The longest side of a first atlas, unless one view is larger; about 100 kB.
+const FIRST_PX = 540; // The longest side of a first atlas, unless one view is larger; fish over water has 141 kB.
 // The largest atlas that is loaded as PNG, from which the browser refocuses; a larger one is loaded as lossy WebP.
 const EXACT_PX = 2048 ** 2;
 const MEMORY_BYTES = 192 * 2 ** 20;
 const DESCRIPTIONS = 500;
 
 const area = ({ atlas }) => atlas.rows * atlas.cols;
-const isWhole = ({ atlas, us, vs }) => atlas.us.length === us && atlas.vs.length === vs;
 // Whether the atlas has every view with every code, so that the browser refocuses as the service does.
 export const isExact = (frameViews) => isWhole(frameViews) && area(frameViews) <= EXACT_PX;
 

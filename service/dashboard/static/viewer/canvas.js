@@ -13,12 +13,12 @@ const REST_MS = 140; // A picture that has not moved for so long is drawn exactl
 
 // `step(now_ms)` moves the eye and returns whether it goes on; `paint(painter)` draws; `draw` is a ref that gets the
 // function which asks for another screen frame; `onLost` is called if WebGL2 is not available.
-export function ViewCanvas({ atlas, label, zoom, step, paint, draw, isWaiting, onLost }) {
+export function ViewCanvas({ atlas, label, zoom, step, paint, draw, isWaiting, isRecorded, onLost }) {
   const canvas = useRef(null);
   const painter = useRef(null);
   const now = useRef(null);
   const pace = useRef({ cuts: 0, slow: 0, last_ms: null, rest: null });
-  now.current = { step, paint, onLost, zoom };
+  now.current = { step, paint, onLost, zoom, isRecorded };
 
   useLayoutEffect(() => {
     const lost = (event) => {
@@ -47,7 +47,8 @@ export function ViewCanvas({ atlas, label, zoom, step, paint, draw, isWaiting, o
   const show = (isMoving) => {
     const { frameViews } = painter.current;
     const cuts = isMoving ? pace.current.cuts : 0;
-    fit(canvas.current, Math.max(LEAST_DETAIL, 1.5 ** Math.min(0, 1 - cuts)));
+    // A video has one size.
+    if (!now.current.isRecorded) fit(canvas.current, Math.max(LEAST_DETAIL, 1.5 ** Math.min(0, 1 - cuts)));
     const picture = { width: frameViews.view_cols, height: frameViews.view_rows };
     painter.current.start({ rectIn: (part) => rectOf(now.current.zoom, picture, part), isQuick: cuts > 0 });
     now.current.paint(painter.current);

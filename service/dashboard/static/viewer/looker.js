@@ -9,6 +9,7 @@ import { html } from "../shared/html.js";
 import { useKnown } from "../state/store.js";
 import { isExact } from "./atlases.js";
 import { MODES, TITLES } from "./modes/index.js";
+import { useRecorder } from "./record.js";
 import { Save } from "./save.js";
 import { Screen } from "./screen.js";
 import { TimeBar } from "./time_bar.js";
@@ -16,7 +17,8 @@ import { useAtlas, useAtlases } from "./use_atlas.js";
 import { usePlayer } from "./use_player.js";
 import { useStand } from "./use_stand.js";
 import { useFullScreen, useMotionPreference, useSize } from "./use_screen.js";
-import { placeOf } from "./views.js";
+import { useTilt } from "./use_tilt.js";
+import { homeOf } from "./views.js";
 import { FIT } from "./zoom.js";
 
 const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
@@ -54,6 +56,7 @@ function Empty({ job }) {
 function Look({ job, frames }) {
   const { stand, change } = useStand(job.id);
   const [canPaint, setCanPaint] = useState(true);
+  const [isSteered, setSteered] = useState(false); // The hand has moved the eye.
   const [pictureSize, setPictureSize] = useState(null);
   const box = useRef(null);
   const hand = useRef(null);
@@ -68,8 +71,7 @@ function Look({ job, frames }) {
   const index = numbers.indexOf(frame);
   const item = index < 0 ? null : { ...frames[index], thumbUrl: frames[index].thumb && link(frames[index].thumb) };
   const kind = MODES[stand.mode];
-  const prefersWhole = Boolean(kind.needsAll || stand.place || !stand.isSmooth);
-  const size = prefersWhole ? "whole" : "first";
+  const wantsWhole = Boolean(kind.needsAll || stand.place || !stand.isSmooth || isSteered);
   const player = usePlayer({
     index: Math.max(0, index),
     count: numbers.length,
@@ -78,12 +80,12 @@ function Look({ job, frames }) {
     prepare: (place) => isPainted && atlases.get(numbers[place], "first").catch(() => {}),
   });
   const mayPaint = canPaint && Boolean(kind.paint);
-  const found = useAtlas(atlases, frame, { isPainted: mayPaint, wantsWhole: size === "whole" && !player.isPlaying });
+  const found = useAtlas(atlases, frame, { isPainted: mayPaint, wantsWhole: wantsWhole && !player.isPlaying });
   const { frameViews } = found;
   const isPainted = mayPaint && !(kind.needsAll && frameViews && !isExact(frameViews));
   const views = frameViews ?? found.atlas?.frameViews ?? null;
   const viewSize = views && { width: views.view_cols, height: views.view_rows };
-  const home = views ? placeOf(views, ...views.centre) : { x: 0, y: 0 };
+  const home = views ? homeOf(views, (isPainted && found.atlas?.frameViews.atlas) || views.atlas) : { x: 0, y: 0 };
   const filled = views && kind.filled(views, { ...stand, place: stand.place ?? home });
   const given = {
     job: job.id,
@@ -100,6 +102,14 @@ function Look({ job, frames }) {
   const asked = views && { ...given, stand: filled };
   const url = asked && kind.query && pictureUrl(job.id, frame, ...kind.query(asked));
   const label = `Frame ${frame}, ${kind.name}`;
+
+  const canvas = () => hand.current?.stage?.querySelector("canvas:not(.empty)");
+  const recorder = useRecorder(canvas, `${job.id}-${frame}`);
+  const tilt = useTilt((place) => hand.current?.tilt(place));
+  const toggleTilt = () => {
+    if (!tilt.isOn) change({ place: null });
+    tilt.toggle();
+  };
 
   const show = (place) => {
     if (numbers[place] === undefined) return;
@@ -146,8 +156,10 @@ function Look({ job, frames }) {
             item=${item}
             name="${job.id}-${frame}"
             sheet=${kind.Picture ? stand.sheet : null}
-            stage=${() => hand.current?.stage}
+            canvas=${canvas}
+            recorder=${isPainted && recorder.isOffered ? recorder : null}
           />
+          ${recorder.isOn && html`<button class="danger" onClick=${recorder.toggle}>Stop recording</button>`}
           <button onClick=${full.toggle} aria-pressed=${full.isOn} title="Key F">Full screen</button>
         </span>
       </div>
@@ -161,7 +173,9 @@ function Look({ job, frames }) {
         isWaiting=${found.isWaiting}
         isCalm=${isCalm}
         isFull=${full.isOn}
+        isRecorded=${recorder.isOn}
         hand=${hand}
+        onSteer=${() => isSteered || setSteered(true)}
         busy=${busy}
         onLost=${() => setCanPaint(false)}
         onSize=${setPictureSize}
@@ -175,6 +189,12 @@ function Look({ job, frames }) {
           html`
             <${kind.Controls} ...${asked} isFree=${stand.place === null} hold=${() => hand.current.place()} />
           `
+        }
+        ${
+          isPainted &&
+          kind.movesEye &&
+          tilt.isOffered &&
+          html`<button class="toggle" aria-pressed=${tilt.isOn} onClick=${toggleTilt}>Tilt</button>`
         }
         ${
           stand.zoom.scale !== 1 &&

@@ -23,6 +23,14 @@ export const hovered = (across, down) => turned({ x: 0, y: 0 }, across, down);
 export const tilted = (gamma_deg, beta_deg, reach_deg = 20) =>
   within({ x: -gamma_deg / reach_deg, y: -beta_deg / reach_deg });
 
+// The tilt of a screen that is turned by an angle against its device, from the tilt of the device.
+export function onScreen(gamma_deg, beta_deg, angle_deg) {
+  if (angle_deg === 90) return [beta_deg, -gamma_deg];
+  if (angle_deg === 180) return [-gamma_deg, -beta_deg];
+  if (angle_deg === 270) return [-beta_deg, gamma_deg];
+  return [gamma_deg, beta_deg];
+}
+
 // Where the eye comes to rest after a release at a speed, in places per second.
 export const flung = (place, speed) => within({ x: place.x + FLING_S * speed.x, y: place.y + FLING_S * speed.y });
 

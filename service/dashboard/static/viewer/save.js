@@ -2,16 +2,14 @@
 import { link } from "../api/operations.js";
 import { html } from "../shared/html.js";
 
-export function Save({ url, item, stage, name, sheet }) {
-  const shoot = () => {
-    const shown = stage()?.querySelector("canvas:not(.empty)");
-    shown?.toBlob((blob) => download(blob, `${name}.png`));
-  };
+export function Save({ url, item, canvas, name, sheet, recorder }) {
+  const shoot = () => canvas()?.toBlob((blob) => download(blob, `${name}.png`));
   return html`
     <details class="menu">
       <summary class="button">Save</summary>
       <div>
         ${!sheet && html`<button onClick=${shoot}>Screenshot (PNG)</button>`}
+        ${recorder && html`<button onClick=${recorder.toggle}>Record a video of the stage</button>`}
         ${url && html`<a class="button" href=${url} download>This picture, one pixel per lens (PNG)</a>`}
         ${
           item?.[sheet || "views"] &&
@@ -27,7 +25,7 @@ export function Save({ url, item, stage, name, sheet }) {
   `;
 }
 
-function download(blob, name) {
+export function download(blob, name) {
   const anchor = document.createElement("a");
   anchor.href = URL.createObjectURL(blob);
   anchor.download = name;

@@ -10,21 +10,8 @@ import { rounded, roundedPlace } from "./stand.js";
 import { panned, partAt, rectOf, zoomedAt } from "./zoom.js";
 
 // `hand` is a ref through which the keys of the viewer move eye and zoom.
-export function Screen({
-  given,
-  kind,
-  item,
-  url,
-  label,
-  atlas,
-  isWaiting,
-  isCalm,
-  isFull,
-  hand,
-  busy,
-  onLost,
-  onSize,
-}) {
+export function Screen({ given, kind, item, url, label, atlas, isWaiting, isCalm, ...rest }) {
+  const { isFull, isRecorded, hand, busy, onLost, onSize, onSteer } = rest;
   const { stand, change, isPainted, size, room } = given;
   const stage = useRef(null);
   const draw = useRef(() => {});
@@ -71,6 +58,7 @@ export function Screen({
     zoom: (factor, point) => size && zoomTo(zoomedAt(stand.zoom, factor, point, size, room)),
     hover: (point) => {
       if (!isSteered || !eye.current.isFree) return;
+      onSteer();
       eye.current.hover(hovered(...away(point)));
       draw.current();
     },
@@ -93,8 +81,10 @@ export function Screen({
     zoom: (factor) => size && zoomTo(zoomedAt(stand.zoom, factor, middle(room), size, room)),
     pan: (across, down) => size && zoomTo(panned(stand.zoom, across * room.width, down * room.height, size, room)),
     tilt: (place) => {
-      if (!eye.current.isFree) return;
-      eye.current.hover(place);
+      if (!isSteered || !eye.current.isFree) return;
+      onSteer();
+      if (place) eye.current.hover(place);
+      else eye.current.leave(performance.now());
       draw.current();
     },
   };
@@ -138,6 +128,7 @@ export function Screen({
                 step=${step}
                 paint=${(painter) => kind.paint(painter, eye.current.place, stand, given)}
                 draw=${draw}
+                isRecorded=${isRecorded}
                 isWaiting=${isWaiting}
                 onLost=${onLost}
               />`

@@ -28,6 +28,14 @@ export function nearestView(frameViews, place) {
   return best;
 }
 
+// The place of the view of an atlas that is nearest to the central one; it is sharp, because it is not interpolated.
+export function homeOf(frameViews, { us, vs }) {
+  const nearest = (numbers, number) =>
+    numbers.reduce((best, each) => (Math.abs(each - number) < Math.abs(best - number) ? each : best));
+  const [u, v] = frameViews.centre;
+  return placeOf(frameViews, nearest(us, u), nearest(vs, v));
+}
+
 export const isWhole = ({ atlas, us, vs }) => atlas.us.length === us && atlas.vs.length === vs;
 
 // For every cell of an atlas, by rows: whether it contains a view.
