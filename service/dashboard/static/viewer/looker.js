@@ -1,12 +1,11 @@
 // The viewer of a job: the newest frame, or the chosen one, as a picture that moves.
 //   arrows  turn the scene, or steer the mode     + - 0  zoom     Shift and arrows  move the enlarged picture
 //   Page Up, Page Down  other frames     Space  play     1 2 3 4  modes     F  full screen
-import { useEffect, useMemo, useRef, useState } from "preact/hooks";
-import { link, pictureUrl } from "../api/operations.js";
+import { useRef, useState } from "preact/hooks";
+import { pictureUrl } from "../api/operations.js";
 import { Choice } from "../shared/choice.js";
 import { count } from "../shared/format.js";
 import { html } from "../shared/html.js";
-import { useKnown } from "../state/store.js";
 import { isExact } from "./atlases.js";
 import { MODES, TITLES } from "./modes/index.js";
 import { useRecorder } from "./record.js";
@@ -14,6 +13,7 @@ import { Save } from "./save.js";
 import { Screen } from "./screen.js";
 import { TimeBar } from "./time_bar.js";
 import { useAtlas, useAtlases } from "./use_atlas.js";
+import { useDoneFrames } from "./use_frames.js";
 import { usePlayer } from "./use_player.js";
 import { useStand } from "./use_stand.js";
 import { useFullScreen, useMotionPreference, useSize } from "./use_screen.js";
@@ -24,30 +24,30 @@ import { FIT } from "./zoom.js";
 const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
 const TYPED = "input:not([type=radio], [type=checkbox], [type=range]), select, textarea";
 const CONTROLS = "input, select, button, a, summary";
+const STILL = { isPlaying: false, speed_fps: 8, isLooping: true };
 const ZOOM_STEP = 1.25;
 const PAN_STEP = 0.1;
 
 export function Looker({ job }) {
   const frames = useDoneFrames(job);
-  if (!frames.length) return html`<${Empty} job=${job} />`;
+  if (!frames.items.length) return html`<${Empty} job=${job} />`;
   return html`<${Look} key=${job.id} job=${job} frames=${frames} />`;
 }
 
-// The frames that are done, by their numbers.
-function useDoneFrames(job) {
-  const known = useKnown(({ frames }) => (frames?.job === job.id ? frames : null), [job.id]);
-  return useMemo(() => {
-    const items = (known?.pages ?? []).flatMap((page) => page.items);
-    return items.filter((item) => item.status === "done" && item.orthoscopic);
-  }, [known]);
-}
-
+// The viewer before there is a picture is as high as with one.
 function Empty({ job }) {
   if (job.ended_at && !job.frames_done) return null;
+  const nothing = () => {};
   return html`
     <section class="looker" aria-label="Picture">
-      <div class="bar"></div>
+      <fieldset class="bar" disabled>
+        <${Choice} name="Mode" choices=${TITLES} chosen="look" choose=${nothing} />
+        <span class="ends"><button>Save</button><button>Full screen</button></span>
+      </fieldset>
       <div class="stage"><p class="soon">${job.ended_at ? "Loading …" : "The first frame appears here."}</p></div>
+      <fieldset disabled>
+        <${TimeBar} frames=${[]} index=${0} show=${nothing} player=${STILL} isSequence=${job.frames_total > 1} />
+      </fieldset>
       <div class="bar controls"></div>
     </section>
   `;
@@ -66,10 +66,10 @@ function Look({ job, frames }) {
   const isCalm = useMotionPreference();
   const atlases = useAtlases(job.id);
 
-  const numbers = frames.map((item) => item.frame);
+  const { numbers } = frames;
   const frame = stand.frame ?? numbers.at(-1);
   const index = numbers.indexOf(frame);
-  const item = index < 0 ? null : { ...frames[index], thumbUrl: frames[index].thumb && link(frames[index].thumb) };
+  const item = index < 0 ? null : frames.itemOf(frame);
   const kind = MODES[stand.mode];
   const wantsWhole = Boolean(kind.needsAll || stand.place || !stand.isSmooth || isSteered);
   const player = usePlayer({
@@ -182,7 +182,7 @@ function Look({ job, frames }) {
       />
       ${fault && html`<p class="fault" role="alert">${fault}</p>`}
       <p id="look-hint" class="unseen">${kind.hint}</p>
-      <${TimeBar} frames=${numbers} index=${index} show=${show} player=${player} />
+      <${TimeBar} frames=${numbers} index=${index} show=${show} player=${player} isSequence=${job.frames_total > 1} />
       <div class="bar controls">
         ${
           asked &&

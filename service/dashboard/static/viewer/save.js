@@ -1,13 +1,21 @@
 // What can be taken home of what is shown: a screenshot, the exact picture as PNG, and the masters as EXR.
+import { useEffect, useRef } from "preact/hooks";
 import { link } from "../api/operations.js";
 import { html } from "../shared/html.js";
 
 export function Save({ url, item, canvas, name, sheet, recorder }) {
+  const menu = useRef(null);
+  const close = () => (menu.current.open = false);
+  useEffect(() => {
+    const leave = ({ target }) => menu.current.contains(target) || close();
+    addEventListener("pointerdown", leave);
+    return () => removeEventListener("pointerdown", leave);
+  }, []);
   const shoot = () => canvas()?.toBlob((blob) => download(blob, `${name}.png`));
   return html`
-    <details class="menu">
+    <details ref=${menu} class="menu" onKeyDown=${(event) => event.key === "Escape" && close()}>
       <summary class="button">Save</summary>
-      <div>
+      <div onClick=${close}>
         ${!sheet && html`<button onClick=${shoot}>Screenshot (PNG)</button>`}
         ${recorder && html`<button onClick=${recorder.toggle}>Record a video of the stage</button>`}
         ${url && html`<a class="button" href=${url} download>This picture, one pixel per lens (PNG)</a>`}

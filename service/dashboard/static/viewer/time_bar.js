@@ -3,8 +3,8 @@ import { many } from "../shared/format.js";
 import { html } from "../shared/html.js";
 import { SPEEDS } from "./clock.js";
 
-export function TimeBar({ frames, index, show, player }) {
-  if (frames.length < 2) return null;
+export function TimeBar({ frames, index, show, player, isSequence }) {
+  if (!isSequence) return null;
   return html`
     <div class="bar time" role="group" aria-label="Time">
       <button class="play" onClick=${player.toggle} aria-label=${player.isPlaying ? "Pause" : "Play"}>
@@ -17,11 +17,12 @@ export function TimeBar({ frames, index, show, player }) {
       <input
         type="range"
         min="0"
-        max=${frames.length - 1}
+        max=${Math.max(1, frames.length - 1)}
         step="1"
         value=${index}
         aria-label="Frame"
-        aria-valuetext="Frame ${frames[index]}, ${many(frames.length, "frame")}"
+        aria-valuetext=${frames.length ? `Frame ${frames[index]}, ${many(frames.length, "frame")}` : "no frame"}
+        disabled=${frames.length < 2}
         onInput=${(event) => show(event.target.valueAsNumber)}
       />
       <label class="speed">
