@@ -1,6 +1,7 @@
 // The frames of a job that can be looked at.
 import { useMemo, useRef } from "preact/hooks";
 import { link } from "../api/operations.js";
+import { STATUSES } from "../jobs/frame_runs.js";
 import { useKnown } from "../state/store.js";
 import { itemLike, numbersOf } from "./frame_items.js";
 
@@ -8,6 +9,7 @@ import { itemLike, numbersOf } from "./frame_items.js";
 // done; and the paths of the pictures of one of them.
 export function useDoneFrames(job) {
   const known = useKnown(({ frames }) => (frames?.job === job.id ? frames : null), [job.id]);
+  const grid = useKnown((known) => (known.grid?.job === job.id ? known.grid : null), [job.id]);
   const last = useRef({ job: null, items: [] });
   const items = useMemo(() => {
     const all = (known?.pages ?? []).flatMap((page) => page.items);
@@ -22,6 +24,6 @@ export function useDoneFrames(job) {
       const item = byNumber.get(frame) ?? (shown.length ? itemLike(shown[0], frame) : null);
       return item && { ...item, thumbUrl: item.thumb && link(item.thumb) };
     };
-    return { items: shown, numbers: numbersOf(shown, null, 0), itemOf };
-  }, [last.current]);
+    return { items: shown, numbers: numbersOf(shown, grid, STATUSES.indexOf("done")), itemOf };
+  }, [last.current, grid]);
 }
