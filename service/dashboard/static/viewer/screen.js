@@ -113,6 +113,7 @@ export function Screen({ given, kind, item, url, label, atlas, isWaiting, isCalm
       onBlur=${() => setFocused(false)}
       ...${gestures}
     >
+      ${item?.thumbUrl && html`<img class="poster" src=${item.thumbUrl} alt="" />`}
       ${
         kind.Picture
           ? html`
@@ -141,7 +142,6 @@ export function Screen({ given, kind, item, url, label, atlas, isWaiting, isCalm
                 busy=${busy}
               />`
       }
-      ${item?.thumbUrl && html`<img class="poster" src=${item.thumbUrl} alt="" />`}
       ${kind.Overlay && html`<${kind.Overlay} ...${given} styleOf=${styleOf} follow=${follow} />`}
       ${isSteered && html`<${Place} place=${eye.current.now} marker=${marker} />`}
     </div>
