@@ -1,20 +1,21 @@
 """Ray tracing without noise, as Whitted's: every lamp lights every surface, mirrors and glass are followed both ways.
 
-A lamp lights by one shadow ray, to its middle if it has an extent. A sky lights by a fixed set of directions. A ray
-splits at a surface into its mirror image, the refracted ray and what passes through a thin surface. The branches
-wait on a stack of each ray, so that their order, and with it every bit of the sum, is fixed.
+A lamp lights by one shadow ray, to its middle if it has an extent; what is clear lets it pass (see `shadows`). A sky
+lights by a fixed set of directions. A ray splits at a surface into its mirror image, the refracted ray and what passes
+through a thin surface. The branches wait on a stack of each ray, so that their order, and with it every bit of the sum,
+is fixed.
 
 The method is that of Whitted, An improved illumination model for shaded display, CACM 23(6), 1980.
 """
 
 from __future__ import annotations
 
-from functools import reduce
-from operator import or_
 from typing import Any
 
 import drjit as dr
 import mitsuba as mi
+
+from worker.engines.mitsuba.inside.shadows import passing, present_flags
 
 MIDDLE = ((0.5, 0.5),)
 """The place on a lamp, in its own coordinates."""
@@ -39,7 +40,10 @@ def whitted_radiance(scene: mi.Scene, ray: mi.Ray3f, depth: int, active: mi.Bool
     active
         The rays that are traced.
     """
-    return _trace(scene, _lamp_table(scene), _branches(scene), mi.Ray3f(ray), depth, mi.Bool(active))
+    present = present_flags(scene)
+    clear = int(mi.BSDFFlags.DeltaTransmission) | int(mi.BSDFFlags.Null)
+    branches, lets_pass = _branches(present), present is None or present & clear != 0
+    return _trace(scene, _lamp_table(scene), branches, mi.Ray3f(ray), depth, mi.Bool(active), lets_pass)
 
 
 def _lamp_table(scene: mi.Scene) -> Any:
@@ -56,21 +60,19 @@ def _lamp_table(scene: mi.Scene) -> Any:
     return mi.UInt32(list(numbers)), mi.Float(list(across)), mi.Float(list(down)), mi.Float(list(part))
 
 
-def _branches(scene: mi.Scene) -> list[tuple[int, int]]:
-    """Return the kinds of rays into which the surfaces of a scene split, with the kinds that rule each out."""
+def _branches(present: int | None) -> list[tuple[int, int]]:
+    """Return the kinds of rays into which surfaces of these flags split, with the kinds that rule each out."""
     kinds, diffuse = mi.BSDFFlags, int(mi.BSDFFlags.Diffuse)
     split = [(int(kind), 0) for kind in (kinds.DeltaReflection, kinds.DeltaTransmission, kinds.Null)]
     # A glossy surface is followed near its mirror image, unless it is diffuse too: then the lamps alone light it.
     split += [(int(kind), diffuse) for kind in (kinds.GlossyReflection, kinds.GlossyTransmission)]
-    shapes = scene.shapes()
-    if any(shape.class_name() == "Instance" for shape in shapes):  # of a group, whose surfaces are not listed
-        return split
-    present = reduce(or_, (int(shape.bsdf().flags()) for shape in shapes), 0)
-    return [(kind, without) for kind, without in split if present & kind]
+    return [(kind, without) for kind, without in split if present is None or present & kind]
 
 
 @dr.syntax
-def _trace(scene: mi.Scene, lamps: Any, branches: list[Any], ray: mi.Ray3f, depth: int, active: mi.Bool) -> Any:
+def _trace(
+    scene: mi.Scene, lamps: Any, branches: list[Any], ray: mi.Ray3f, depth: int, active: mi.Bool, lets_pass: bool
+) -> Any:
     room = depth * max(len(branches) - 1, 0) + 2
     origins = dr.alloc_local(mi.Point3f, room)
     directions = dr.alloc_local(mi.Vector3f, room)
@@ -92,16 +94,15 @@ def _trace(scene: mi.Scene, lamps: Any, branches: list[Any], ray: mi.Ray3f, dept
         light += weight * found.emitter(scene).eval(found)
         hit = found.is_valid()
         if dr.hint(lamps is not None, mode="scalar"):
-            light += weight * _direct(scene, lamps, found, bsdf, hit)
+            light += weight * _direct(scene, lamps, found, bsdf, hit, depth if lets_pass else 0)
 
         for kind, without in branches:
             flags = bsdf.flags()
             follow = hit & (level < depth) & ((flags & kind) != 0) & ((flags & without) == 0)
-            context = mi.BSDFContext(mi.TransportMode.Radiance, kind)
-            step, step_weight = bsdf.sample(context, found, mi.Float(0.5), mi.Point2f(0.5, 0.5), follow)
-            carried = weight * step_weight
+            direction, part = _step(bsdf, found, there.d, kind, follow, lets_pass)
+            carried = weight * part
             follow &= dr.max(carried) > LEAST_WEIGHT
-            onward = found.spawn_ray(found.to_world(step.wo))
+            onward = found.spawn_ray(direction)
             origins.write(onward.o, waiting, follow)
             directions.write(onward.d, waiting, follow)
             weights.write(carried, waiting, follow)
@@ -111,9 +112,32 @@ def _trace(scene: mi.Scene, lamps: Any, branches: list[Any], ray: mi.Ray3f, dept
     return light
 
 
+def _step(bsdf: Any, found: Any, ahead: Any, kind: int, active: Any, lets_pass: bool) -> tuple[Any, Any]:
+    """Return the direction of a branch, and the part of the light that comes from there.
+
+    Where a surface has open parts, Mitsuba does not sample one kind alone. So the open part goes straight on by what it
+    lets pass, and the rest of the surface by a sample of all kinds, which counts if it is of this kind.
+    """
+    half = mi.Point2f(0.5, 0.5)
+    context = mi.BSDFContext(mi.TransportMode.Radiance, kind)
+    if not lets_pass:
+        step, part = bsdf.sample(context, found, mi.Float(0.5), half, active)
+        return found.to_world(step.wo), part
+    is_open = active & mi.has_flag(bsdf.flags(), mi.BSDFFlags.Null)
+    open_part = bsdf.eval_null_transmission(found, is_open)
+    if kind == int(mi.BSDFFlags.Null):
+        return ahead, open_part
+    step, part = bsdf.sample(context, found, mi.Float(0.5), half, active & ~is_open)
+    rest = 1 - dr.mean(open_part)
+    some, some_part = bsdf.sample(mi.BSDFContext(), found, 0.5 * rest, half, is_open)
+    is_of_kind = is_open & ((some.sampled_type & kind) != 0)
+    direction = dr.select(is_open, some.wo, step.wo)
+    return found.to_world(direction), dr.select(is_open, dr.select(is_of_kind, some_part * rest, 0), part)
+
+
 @dr.syntax
-def _direct(scene: mi.Scene, lamps: Any, found: Any, bsdf: Any, hit: Any) -> Any:
-    """Return the light of all lamps that a surface sends back along the ray."""
+def _direct(scene: mi.Scene, lamps: Any, found: Any, bsdf: Any, hit: Any, most: int) -> Any:
+    """Return the light of all lamps that a surface sends back along the ray, through `most` clear surfaces."""
     numbers, across, down, parts = lamps
     all_lamps = scene.emitters_dr()
     context = mi.BSDFContext()
@@ -128,7 +152,12 @@ def _direct(scene: mi.Scene, lamps: Any, found: Any, bsdf: Any, hit: Any) -> Any
         seen = lit & (towards.pdf > 0) & (towards.delta | ~glossy_alone)
         value = bsdf.eval(context, found, found.to_local(towards.d), seen)
         seen &= dr.max(value * radiance) > 0
-        seen &= ~scene.ray_test(found.spawn_ray_to(towards.p), seen)
-        light += dr.select(seen, value * radiance * dr.gather(mi.Float, parts, shadow_ray), 0)
+        part = dr.gather(mi.Float, parts, shadow_ray)
+        if dr.hint(most > 0, mode="scalar"):
+            passed = passing(scene, found, towards.p, seen, most)
+            light += dr.select(seen, value * radiance * part * passed, 0)
+        else:
+            seen &= ~scene.ray_test(found.spawn_ray_to(towards.p), seen)
+            light += dr.select(seen, value * radiance * part, 0)
         shadow_ray += 1
     return light
