@@ -49,6 +49,22 @@ class BufferView(Part):
     byteStride: Annotated[int, Field(ge=4, le=252)] | None = None
 
 
+class SparseView(Part):
+    """The numbers, or the places, of the elements in which an accessor differs from its base."""
+
+    bufferView: Index
+    byteOffset: Annotated[int, Field(ge=0, le=2**40)] = 0
+    componentType: Literal[5121, 5123, 5125] = 5125
+
+
+class Sparse(Part):
+    """The elements in which an accessor differs from its base, which is 0 without a buffer view."""
+
+    count: Count
+    indices: SparseView
+    values: SparseView
+
+
 class Accessor(Part):
     """An array of a buffer view: its element type, count and bounds."""
 
@@ -60,7 +76,7 @@ class Accessor(Part):
     type: Literal["SCALAR", "VEC2", "VEC3", "VEC4", "MAT2", "MAT3", "MAT4"]
     min: tuple[Number, ...] = ()
     max: tuple[Number, ...] = ()
-    sparse: dict[str, Any] | None = None
+    sparse: Sparse | None = None
 
 
 class TextureInfo(Part):
@@ -136,6 +152,7 @@ class Mesh(Part):
 
     name: str = ""
     primitives: tuple[Primitive, ...]
+    weights: tuple[Number, ...] = ()
 
 
 class Skin(Part):
@@ -157,6 +174,7 @@ class Node(Part):
     translation: _Three = (0.0, 0.0, 0.0)
     rotation: _Four = (0.0, 0.0, 0.0, 1.0)
     scale: _Three = (1.0, 1.0, 1.0)
+    weights: tuple[Number, ...] = ()
     extensions: dict[str, Any] = {}
 
 

@@ -16,7 +16,7 @@ from lippmann.untrusted.gltf_file import read_gltf
 from worker.engines.mitsuba.inside.scenes.gltf_accessors import GltfArrays
 from worker.engines.mitsuba.inside.scenes.gltf_materials import GltfMaterials
 from worker.engines.mitsuba.inside.scenes.gltf_meshes import faces_of_nodes, node_shapes
-from worker.engines.mitsuba.inside.scenes.gltf_nodes import Matrix, world_matrices
+from worker.engines.mitsuba.inside.scenes.gltf_nodes import Matrix, morph_weights, world_matrices
 from worker.engines.mitsuba.inside.scenes.loaded import MAX_SHAPES, SceneFiles, default_light
 
 mi: Any = mitsuba
@@ -64,10 +64,10 @@ def load_gltf(files: SceneFiles) -> Any:
     if shapes > MAX_SHAPES:
         raise files.refuse(f"{files.name}: nodes", f"at most {MAX_SHAPES:,} meshes", f"{shapes:,}")
     files.check_faces(faces)
-    materials = GltfMaterials(arrays)
+    materials, weights = GltfMaterials(arrays), morph_weights(arrays)
     scene: dict[str, Any] = {"type": "scene"}
     for index in matrices:
-        scene |= node_shapes(index, arrays, materials, matrices)
+        scene |= node_shapes(index, arrays, materials, matrices, weights)
     if len(scene) == 1:
         raise files.refuse(f"{files.name}: nodes", "a mesh of triangles in the scene", "none")
     has_light = any(shape.is_emitter() for name, shape in scene.items() if name != "type")

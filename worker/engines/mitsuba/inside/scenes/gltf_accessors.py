@@ -10,13 +10,17 @@ from urllib.parse import unquote
 import numpy as np
 from numpy.typing import NDArray
 
-from lippmann.untrusted.gltf_file import Accessor, GltfFile
+from lippmann.untrusted.gltf_file import Accessor, GltfFile, Sparse
 from worker.engines.mitsuba.inside.scenes.loaded import SceneFiles
 
 _DTYPES = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
 _DIVISORS = {"<i1": 127.0, "<u1": 255.0, "<i2": 32767.0, "<u2": 65535.0}
 """The integer of 1.0 in a normalized accessor (glTF 2.0 specification, section 3.11)."""
+
+
+MAX_ZEROS = 20_000_000
+"""The greatest number of elements of an accessor that has no buffer view: all but some are 0."""
 
 
 class GltfArrays:
@@ -41,28 +45,23 @@ class GltfArrays:
         Raises
         ------
         SceneError
-            If the accessor has another type, is sparse, does not fit its buffer, or has a number that is not finite.
+            If the accessor has another type, does not fit its buffer, or has a number that is not finite.
         """
         found: Accessor = self.item("accessors", index, place)
         where = f"{self.files.name}: accessors.{index}"
         if found.type not in types:
             raise self.files.refuse(f"{where}.type", f"{' or '.join(types)} for {place}", found.type)
-        if found.sparse is not None or found.bufferView is None:
-            raise self.files.refuse(where, "an accessor with a buffer view, not a sparse one", "none or sparse")
+        if found.bufferView is None and (found.sparse is None or found.count > MAX_ZEROS):
+            expected = f"an accessor with a buffer view, or a sparse one of at most {MAX_ZEROS:,}"
+            raise self.files.refuse(where, expected, f"{found.count:,} without")
         if found.type.startswith("MAT") and (found.type != "MAT4" or found.componentType != 5126):
             raise self.files.refuse(where, "matrices MAT4 of floats", f"{found.type} of {found.componentType}")
         dtype, width = np.dtype(_DTYPES[found.componentType]), _WIDTHS[found.type]
-        data, stride = self._view(found.bufferView, f"{where}.bufferView")
-        size = dtype.itemsize * width
-        stride = stride or size
-        needed = found.byteOffset + (found.count - 1) * stride + size
-        if needed > len(data) or stride < size:
-            raise self.files.refuse(
-                f"{where}.count", f"at most the {len(data):,} bytes of its buffer view", f"{needed:,}"
-            )
-        raw = np.ndarray(
-            (found.count, width), dtype, buffer=data, offset=found.byteOffset, strides=(stride, dtype.itemsize)
-        )
+        raw: NDArray[Any] = np.zeros((0 if found.bufferView is not None else found.count, width), dtype)
+        if found.bufferView is not None:
+            raw = self._elements(found.bufferView, found.byteOffset, (found.count, width), dtype, where)
+        if found.sparse is not None:
+            raw = self._changed(raw, found.sparse, f"{where}.sparse")
         if found.componentType == 5126:
             if not np.isfinite(raw).all():
                 raise self.files.refuse(where, "finite numbers", "NaN or infinity")
@@ -70,6 +69,32 @@ class GltfArrays:
         if found.normalized and dtype.str.replace("|", "<") in _DIVISORS:
             return np.maximum(raw / _DIVISORS[dtype.str.replace("|", "<")], -1.0)
         return raw.astype(np.int64)
+
+    def _elements(
+        self, view: int, offset: int, shape: tuple[int, int], dtype: np.dtype[Any], where: str
+    ) -> NDArray[Any]:
+        """Return elements of a buffer view, which are not copied."""
+        data, stride = self._view(view, f"{where}.bufferView")
+        size = dtype.itemsize * shape[1]
+        stride = stride or size
+        needed = offset + (shape[0] - 1) * stride + size
+        if needed > len(data) or stride < size:
+            raise self.files.refuse(
+                f"{where}.count", f"at most the {len(data):,} bytes of its buffer view", f"{needed:,}"
+            )
+        return np.ndarray(shape, dtype, buffer=data, offset=offset, strides=(stride, dtype.itemsize))
+
+    def _changed(self, base: NDArray[Any], sparse: Sparse, where: str) -> NDArray[Any]:
+        """Return elements with those of a sparse accessor in their places."""
+        found, at = sparse.indices, np.dtype(_DTYPES[sparse.indices.componentType])
+        places = self._elements(found.bufferView, found.byteOffset, (sparse.count, 1), at, f"{where}.indices")[:, 0]
+        if (np.diff(places.astype(np.int64)) <= 0).any() or places[-1] >= len(base):
+            raise self.files.refuse(f"{where}.indices", f"places that rise, below {len(base):,}", "others")
+        shape = sparse.count, base.shape[1]
+        changed = base.copy()
+        held = sparse.values
+        changed[places] = self._elements(held.bufferView, held.byteOffset, shape, base.dtype, f"{where}.values")
+        return changed
 
     def bytes_of_view(self, index: int, place: str) -> bytes:
         """Return the bytes of a buffer view, such as those of a picture."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 
 from lippmann.untrusted.gltf_file import Material, Sampler, TextureInfo
 from worker.engines.mitsuba.inside.scenes.gltf_accessors import GltfArrays
+from worker.engines.mitsuba.inside.scenes.loaded import SceneFiles
 from worker.engines.mitsuba.inside.scenes.pictures import colour_texture, count_pixels, data_texture, read_picture
 
 mi: Any = mitsuba
@@ -47,7 +49,7 @@ class GltfMaterials:
         self._arrays = arrays
         self._made: dict[tuple[int | None, bool], Any] = {}
         self._pictures: dict[int, Codes] = {}
-        self._textures: dict[tuple[int, str], Any] = {}
+        self._textures: dict[tuple[int | str | float, ...], Any] = {}
 
     def surface(self, index: int | None, *, has_colours: bool) -> Surface:
         """Return the BSDF of a material, and a light of its own for a mesh.
@@ -126,6 +128,9 @@ class GltfMaterials:
         return {"type": "mask", "opacity": opacity, "inside": bsdf}
 
     def _with_normals(self, bsdf: dict[str, Any], info: TextureInfo, place: str) -> dict[str, Any]:
+        turns = texture_matrix(info, self._arrays.files, place)[:2, :2]
+        if turns[0, 1] or turns[1, 0] or (np.diag(turns) < 0).any():
+            self._arrays.files.note(f"{place} turns its texture; the bumps themselves are not turned")
         texture = self._texture(info, place, f"normal {info.scale}", partial(_normals, scale=info.scale))
         return {"type": "normalmap", "normalmap": texture, "inside": bsdf}
 
@@ -149,9 +154,11 @@ class GltfMaterials:
 
     def _texture(self, info: TextureInfo, place: str, kind: str, convert: Callable[[Codes], dict[str, Any]]) -> Any:
         """Return a texture of Mitsuba, made once for all materials that use a picture in the same way."""
-        key = (info.index, kind)
+        matrix = texture_matrix(info, self._arrays.files, place)
+        key = (info.index, kind, *matrix.ravel().tolist())
         if key not in self._textures:
             codes, settings = self._picture(info, place)
+            settings |= {} if np.array_equal(matrix, np.eye(3)) else {"to_uv": mi.ScalarTransform3f(matrix)}
             count_pixels(codes.shape[1], codes.shape[0], self._arrays.files, place=place)
             self._textures[key] = mi.load_dict(convert(codes) | settings)
         return self._textures[key]
@@ -161,10 +168,9 @@ class GltfMaterials:
         arrays, files = self._arrays, self._arrays.files
         texture = arrays.item("textures", info.index, place)
         where = f"{files.name}: textures.{info.index}"
-        if info.texCoord != 0:
+        moved = info.extensions.get("KHR_texture_transform")
+        if (moved.get("texCoord", info.texCoord) if isinstance(moved, dict) else info.texCoord) != 0:
             files.note(f"{place} has texture coordinates of its own; TEXCOORD_0 stands in for them")
-        if "KHR_texture_transform" in info.extensions:
-            files.note(f"{place} moves or scales its texture, which is left out")
         source = texture.extensions.get("EXT_texture_webp", {}).get("source", texture.source)
         if not isinstance(source, int) or source < 0:
             raise files.refuse(f"{where}.source", "a picture: PNG, JPEG or WebP", "none")
@@ -207,6 +213,34 @@ class GltfMaterials:
             note(f"{place}: alphaMode BLEND is the opacity of a mask")
         for name in sorted(set(material.extensions) - _KNOWN):
             note(f"{place}: {name[:80]} is left out")
+
+
+def texture_matrix(info: TextureInfo, files: SceneFiles, place: str) -> NDArray[np.float64]:
+    """Return the matrix, (3, 3), that takes the coordinates of a mesh to those of a texture (KHR_texture_transform).
+
+    The coordinates are scaled, then turned counter-clockwise as the picture is seen, with v downward, then moved.
+
+    Raises
+    ------
+    SceneError
+        If the extension is no offset, rotation and scale of numbers up to 1e6.
+    """
+    given = info.extensions.get("KHR_texture_transform", {})
+    given = given if isinstance(given, dict) else {}
+    where = f"{place}.extensions.KHR_texture_transform"
+    across, down = _numbers(given, "offset", [0.0, 0.0], files, where)
+    wide, high = _numbers(given, "scale", [1.0, 1.0], files, where)
+    (angle,) = _numbers({"rotation": [given.get("rotation", 0.0)]}, "rotation", [0.0], files, where)
+    cosine, sine = math.cos(angle), math.sin(angle)
+    return np.array([[cosine * wide, sine * high, across], [-sine * wide, cosine * high, down], [0.0, 0.0, 1.0]])
+
+
+def _numbers(given: dict[str, Any], name: str, default: list[float], files: SceneFiles, place: str) -> list[float]:
+    found = given.get(name, default)
+    is_list = isinstance(found, list) and len(found) == len(default)
+    if not is_list or not all(type(one) in (int, float) and abs(one) <= 1e6 for one in found):
+        raise files.refuse(f"{place}.{name}", f"{len(default)} numbers up to 1e6", repr(found))
+    return [float(one) for one in found]
 
 
 def _channel(codes: Codes, *, channel: int, factor: float) -> dict[str, Any]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,6 +19,7 @@ mi: Any = mitsuba
 """Without types, because those of the stubs are not those of a variant."""
 
 _STRIP, _FAN, _TRIANGLES = 5, 6, 4
+MAX_TARGETS = 1000
 _USED = frozenset({"POSITION", "NORMAL", "TEXCOORD_0", "COLOR_0", "TANGENT", "JOINTS_0", "WEIGHTS_0"})
 
 
@@ -65,22 +67,39 @@ def shape_of(name: str, mesh: MeshArrays, *, bsdf: Any, emitter: Any = None) -> 
 
 
 def node_shapes(
-    index: int, arrays: GltfArrays, materials: GltfMaterials, matrices: dict[int, Matrix]
+    index: int,
+    arrays: GltfArrays,
+    materials: GltfMaterials,
+    matrices: dict[int, Matrix],
+    weights: Mapping[int, NDArray[np.float64]],
 ) -> dict[str, Any]:
-    """Return the shapes of the mesh of a node, one for each primitive of triangles."""
+    """Return the shapes of the mesh of a node, one for each primitive of triangles.
+
+    Parameters
+    ----------
+    index
+        The number of the node.
+    arrays, materials
+        Those of the file.
+    matrices
+        The matrices of all nodes; see `world_matrices`.
+    weights
+        The weights of morph targets that an animation moves, by node.
+    """
     files = arrays.files
     node: Node = arrays.document.nodes[index]
     if node.mesh is None:
         return {}
     mesh = arrays.item("meshes", node.mesh, f"{files.name}: nodes.{index}.mesh")
     bones = None if node.skin is None else _bones(node.skin, arrays, matrices, f"{files.name}: nodes.{index}.skin")
+    morph = [float(weight) for weight in weights.get(index, node.weights or mesh.weights)]
     shapes = {}
     for number, primitive in enumerate(mesh.primitives):
         place = f"{files.name}: meshes.{node.mesh}.primitives.{number}"
         if primitive.mode < _TRIANGLES:
             files.note(f"{place} is of points or lines (mode {primitive.mode}), which are left out")
             continue
-        found = _mesh(primitive, arrays, materials, place, matrix=matrices[index], bones=bones)
+        found = _mesh(primitive, arrays, materials, place, matrix=matrices[index], bones=bones, morph=morph)
         surface = materials.surface(primitive.material, has_colours=found.colours is not None)
         name = f"node{index}_part{number}"
         files.names[name] = f"{node.name or mesh.name or f'node {index}'}" + (f", part {number}" if number else "")
@@ -113,12 +132,11 @@ def _mesh(
     *,
     matrix: Matrix,
     bones: NDArray[np.float64] | None,
+    morph: Sequence[float],
 ) -> MeshArrays:
     files = arrays.files
     if "POSITION" not in primitive.attributes:
         raise files.refuse(f"{place}.attributes", "POSITION", ", ".join(primitive.attributes) or "none")
-    if primitive.targets:
-        files.note(f"{place}: morph targets are left out")
     for name in sorted({*primitive.attributes, *primitive.extensions} - _USED):
         files.note(f"{place}: {name[:80]} is left out")
 
@@ -133,6 +151,9 @@ def _mesh(
 
     positions = arrays.accessor(primitive.attributes["POSITION"], f"{place}.attributes.POSITION", types=("VEC3",))
     normals, coordinates = read("NORMAL", "VEC3"), read("TEXCOORD_0", "VEC2")
+    if primitive.targets:
+        positions = _morphed(positions, "POSITION", primitive, arrays, place, weights=morph)
+        normals = None if normals is None else _morphed(normals, "NORMAL", primitive, arrays, place, weights=morph)
     colours, joints, weights = read("COLOR_0", "VEC3", "VEC4"), read("JOINTS_0", "VEC4"), read("WEIGHTS_0", "VEC4")
     if bones is not None and joints is not None and weights is not None:
         if (joints < 0).any() or (joints >= len(bones)).any():
@@ -154,6 +175,31 @@ def _mesh(
     if not np.isfinite(positions).all() or np.abs(positions).max() > 1e15:
         raise files.refuse(f"{place}.attributes.POSITION", "places that are finite in the scene", "others")
     return MeshArrays(positions, faces, normals, coordinates, colours)
+
+
+def _morphed(
+    values: NDArray[Any],
+    name: str,
+    primitive: Primitive,
+    arrays: GltfArrays,
+    place: str,
+    *,
+    weights: Sequence[float],
+) -> NDArray[Any]:
+    """Return an attribute of vertices, (vertex, 3), with the weighted differences of the morph targets added."""
+    if len(weights) not in (0, len(primitive.targets)) or len(primitive.targets) > MAX_TARGETS:
+        expected = f"at most {MAX_TARGETS} morph targets, with a weight of each or none"
+        raise arrays.files.refuse(f"{place}.targets", expected, f"{len(primitive.targets)} with {len(weights)}")
+    moved = values.astype(np.float64)
+    for number, (weight, target) in enumerate(zip(weights, primitive.targets, strict=False)):
+        if weight == 0 or name not in target:
+            continue
+        where = f"{place}.targets.{number}.{name}"
+        differences = arrays.accessor(target[name], where, types=("VEC3",))
+        if len(differences) != len(values):
+            raise arrays.files.refuse(where, f"{len(values)} values as of POSITION", len(differences))
+        moved += weight * differences
+    return moved
 
 
 def _turned(each: NDArray[np.float64], normals: NDArray[Any]) -> NDArray[np.float64]:

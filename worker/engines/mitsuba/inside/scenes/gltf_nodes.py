@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 from numpy.typing import NDArray
 
-from lippmann.untrusted.gltf_file import Animation, AnimationSampler, Node
+from lippmann.untrusted.gltf_file import Animation, AnimationSampler, Channel, Node
 from worker.engines.mitsuba.inside.scenes.gltf_accessors import GltfArrays
 
 MAX_NODES = 100_000
@@ -74,39 +76,57 @@ def _rotation(quaternion: NDArray[np.float64]) -> NDArray[np.float64]:
     )
 
 
+def morph_weights(arrays: GltfArrays) -> dict[int, NDArray[np.float64]]:
+    """Return the weights of the morph targets of nodes that an animation moves, (target,), by node."""
+    found: dict[int, NDArray[np.float64]] = {}
+    for place, channel, sampler in _channels(arrays):
+        node = channel.target.node
+        if channel.target.path == "weights" and node is not None:
+            found[node] = _sampled(arrays, sampler, "weights", place)
+    return found
+
+
 def _moved(arrays: GltfArrays) -> dict[int, dict[str, NDArray[np.float64]]]:
-    """Return the properties of the nodes that the chosen animation moves, by node and path."""
+    """Return the properties of the nodes that the chosen animation moves, by node and path, but for weights."""
+    found: dict[int, dict[str, NDArray[np.float64]]] = {}
+    for place, channel, sampler in _channels(arrays):
+        path, node = channel.target.path, channel.target.node
+        if node is None or path not in (*_PATHS, "weights"):
+            arrays.files.note(f"{place} moves {path!r}, which stands still")
+        elif path in _PATHS:
+            found.setdefault(node, {})[path] = _sampled(arrays, sampler, path, place)
+    return found
+
+
+def _channels(arrays: GltfArrays) -> Iterator[tuple[str, Channel, AnimationSampler]]:
+    """Yield the channels of the animation that plays, with their places and samplers."""
     files, animations = arrays.files, arrays.document.animations
     if not animations:
-        return {}
+        return
     chosen = int(files.value("animation", 0))
     if not 0 <= chosen < len(animations):
         raise files.refuse("parameters.animation", f"from 0 to {len(animations) - 1}", chosen)
     if len(animations) > 1:
         files.note(f"{files.name} has {len(animations)} animations; number {chosen} plays (parameters.animation)")
     animation: Animation = animations[chosen]
-    found: dict[int, dict[str, NDArray[np.float64]]] = {}
     for number, channel in enumerate(animation.channels):
         place = f"{files.name}: animations.{chosen}.channels.{number}"
-        path, node = channel.target.path, channel.target.node
-        if path not in _PATHS or node is None:
-            files.note(f"{place} moves {path!r}, which stands still")
-            continue
         if channel.sampler >= len(animation.samplers):
             raise files.refuse(f"{place}.sampler", f"one of the {len(animation.samplers)} samplers", channel.sampler)
-        value = _sampled(arrays, animation.samplers[channel.sampler], path, place)
-        found.setdefault(node, {})[path] = value
-    return found
+        yield place, channel, animation.samplers[channel.sampler]
 
 
 def _sampled(arrays: GltfArrays, sampler: AnimationSampler, path: str, place: str) -> NDArray[np.float64]:
     times = arrays.accessor(sampler.input, f"{place}, times", types=("SCALAR",))[:, 0].astype(np.float64)
-    values = arrays.accessor(sampler.output, f"{place}, values", types=(_PATHS[path],)).astype(np.float64)
+    kind = "SCALAR" if path == "weights" else _PATHS[path]
+    values = arrays.accessor(sampler.output, f"{place}, values", types=(kind,)).astype(np.float64)
     if (np.diff(times) <= 0).any():
         raise arrays.files.refuse(f"{place}, times", "times that increase", "others")
-    keys = 3 if sampler.interpolation == "CUBICSPLINE" else 1
-    if len(values) != keys * len(times):
-        raise arrays.files.refuse(f"{place}, values", f"{keys * len(times)} for {len(times)} times", len(values))
+    keys = len(times) * (3 if sampler.interpolation == "CUBICSPLINE" else 1)
+    if path == "weights" and len(values) % keys == 0:
+        values = values.reshape(keys, -1)  # those of all targets, key by key
+    if len(values) != keys:
+        raise arrays.files.refuse(f"{place}, values", f"{keys} for {len(times)} times", len(values))
     return interpolated(times, values, arrays.files.clock, sampler.interpolation, is_rotation=path == "rotation")
 
 
