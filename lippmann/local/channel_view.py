@@ -95,6 +95,8 @@ def channel_of_view(master: Path, channel: Channel, *, number: tuple[int, int] |
     number
         The view, (u, v); None for the one in the middle.
     """
+    if not master.is_file():
+        raise BadInput(f"expected an integral image, got {master}: there is no such file")
     layout, file = display_size(named_rig(master)), channels_beside(master)
     attributes: dict[str, str] = {}
     if file.is_file():

@@ -11,12 +11,15 @@ import pytest
 from lippmann.cli import main
 from lippmann.cli.option_values import depths_of
 from lippmann.errors import BadInput
+from lippmann.job.channels import channel_attributes
 from lippmann.job.rig import Rig
+from lippmann.lightfield.views.square_pixels import nearest_as_square
+from lippmann.lightfield.views.views import view
 from lippmann.local.image import open_orthoscopic
 from lippmann.plan.sampling import display_size
 from tests.unit.lippmann.local.masters import master_of, rig_of, said_by
-from worker.images.read import read_attributes, read_rgb
-from worker.images.write import write_png
+from worker.images.read import read_attributes, read_channels, read_rgb
+from worker.images.write import write_channels, write_png
 
 
 @pytest.fixture(params=["square", "hexagonal"])
@@ -105,6 +108,23 @@ def test_a_stack_of_one_depth_is_a_folder_with_one_picture(
         (["view", "MASTER", "--eye", "0,nan,1", "--out", "a.png"], "expected an eye as X,Y,Z in mm, got 0,nan,1"),
         (["view", "MASTER", "--centre", "--out", "a.tiff"], "expected a .png in --out, got a.tiff"),
         (["view", "nowhere.exr", "--centre", "--out", "a.png"], "got nowhere.exr: there is no such file"),
+        (
+            ["view", "MASTER", "--centre", "--channel", "smell", "--out", "a.png"],
+            "expected one of normal, albedo, object, motion",
+        ),
+        (
+            ["view", "MASTER", "--centre", "--channel", "normal", "--size", "9", "--out", "a.png"],
+            "its numbers do not mix",
+        ),
+        (["view", "MASTER", "--centre", "--channel", "normal", "--out", "a.gif"], "expected .png, .exr, .pfm in --out"),
+        (
+            ["view", "MASTER", "--centre", "--channel", "normal", "--out", "a.png"],
+            "a job with normal in capture.channels",
+        ),
+        (
+            ["view", "nowhere.exr", "--centre", "--channel", "normal", "--out", "a.png"],
+            "got nowhere.exr: there is no such file",
+        ),
         (["refocus", "MASTER", "--out", "a.png"], "expected either --depth-mm, or --stack"),
         (["refocus", "MASTER", "--depth-mm", "1", "--all-in-focus", "--out", "a.png"], "expected either --depth-mm"),
         (["refocus", "MASTER", "--depth-mm", "600", "--out", "a.png"], "at most 501.6 mm from the display, got 600"),
@@ -131,7 +151,26 @@ def test_what_cannot_be_is_said_before_anything_is_written(
     assert [path for path in tmp_path.rglob("*") if path.is_file()] == [master]
 
 
-@pytest.mark.parametrize("folder", ["integral", "views", "depth"])
+def test_view_writes_a_channel_and_names_its_objects(
+    master: Path, rig: Rig, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    layout = display_size(rig)
+    numbers = np.arange(layout.rows * layout.cols, dtype=np.float32).reshape(layout.rows, layout.cols, 1)
+    file = tmp_path / "channels" / "0001.exr"
+    file.parent.mkdir()
+    attributes = channel_attributes(("object",), ("fish", "water"))
+    write_channels(file, [numbers], ["object.id"], size=numbers.shape[:2], attributes=attributes)
+    out = tmp_path / "object.exr"
+    more = ["--channel", "object", "--u", "2", "--v", "3", "--out", str(out)]
+    said = said_by("view", str(master), *more, monkeypatch=monkeypatch, capsys=capsys)
+    assert (said["rows"], said["cols"]) == layout.square_size()
+    assert said["objects"] == ["fish", "water"]
+    assert said["view"] == {"u": 2, "v": 3}
+    expected = nearest_as_square(view(numbers, layout, 2, 3), layout)
+    np.testing.assert_array_equal(read_channels(out, ["object.id"]), expected)
+
+
+@pytest.mark.parametrize("folder", ["integral", "views", "depth", "channels"])
 def test_other_masters_of_the_same_size_are_refused(folder: str, tmp_path: Path) -> None:
     master = master_of(tmp_path, rig_of())
     other = master.parent.rename(tmp_path / folder) / master.name
