@@ -109,9 +109,18 @@ def tile_key(
         "animation": job.clock.variables(frame) if reads_frames else None,
         "tile": (tile.row_start, tile.row_stop, tile.col_start, tile.col_stop),
         "software": asdict(software),
+        **_of_next_frame(job, frame),
     }
     text = json.dumps(definition, sort_keys=True, separators=(",", ":"), allow_nan=False)
     return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _of_next_frame(job: ResolvedJob, frame: int) -> dict[str, Any]:
+    """Return the part of the definition that is of the next frame: with the channel motion, its job and its clock."""
+    if "motion" not in job.spec.capture.channels:
+        return {}
+    later = job.at(frame + 1).model_dump(mode="json", exclude=UNSEEN)
+    return {"next_job": later, "next_clock": job.clock.at(frame + 1)}
 
 
 def entry_folder(key: str) -> str:

@@ -13,7 +13,7 @@ from lippmann.job.resolved import ResolvedJob
 from lippmann.job.scene import Parameter, SceneManifest
 from lippmann.job.spec import parse_spec
 from lippmann.job.stage import Stage
-from lippmann.plan.render_cache import DEPTH, POV, TILE, RenderSoftware, entry_files, tile_key
+from lippmann.plan.render_cache import CHANNELS, DEPTH, POV, TILE, RenderSoftware, entry_files, tile_key
 from lippmann.plan.sampling import Tile
 
 SOFTWARE = RenderSoftware(
@@ -88,6 +88,7 @@ def test_what_changes_no_pixel_changes_no_key(spec: dict[str, Any]) -> None:
         {"capture": {"supersample": 2}},
         {"capture": {"depth": True}},
         {"capture": {"method": "glass"}},
+        {"scene": SCENE.model_copy(update={"file": "scene.xml"}), "capture": {"channels": ["normal"]}},
         {"render": {"antialias": {}}},
     ],
 )
@@ -133,6 +134,17 @@ def test_a_clock_that_repeats_repeats_the_keys() -> None:
     assert len(set(keys)) == 4
 
 
+def test_a_motion_depends_on_the_next_frame_and_nothing_else_does() -> None:
+    """Two jobs whose frame 1 is the same, and whose frame 2 is not."""
+    mesh = SCENE.model_copy(update={"file": "scene.xml"})
+    turns = [{"turn": {"keyframes": [[1, 0], [8, degrees]]}} for degrees in (70, 140)]
+    for channels, count in ((["motion"], 2), (["normal"], 1)):
+        jobs = [resolved(scene=mesh, parameters=turn, capture={"channels": channels}) for turn in turns]
+        assert len({key(job) for job in jobs}) == count
+    clocks = [resolved(scene=mesh, capture={"channels": ["motion"]}, clock={"per_frame": step}) for step in (1, 2)]
+    assert len({key(job) for job in clocks}) == 2
+
+
 def test_the_clock_is_the_one_that_the_frame_has_not_the_fields_that_make_it() -> None:
     late = resolved(clock={"first": 5, "per_frame": 1})
     assert Clock(first=5).at(2) == Clock(first=6).at(1)
@@ -146,3 +158,6 @@ def test_the_tile_is_the_last_file_of_an_entry() -> None:
         (TILE, "tiles/0007/01-02.exr"),
     ]
     assert list(entry_files(resolved(capture={"depth": True}).spec, 7, tile)) == [POV, DEPTH, TILE]
+    mesh = SCENE.model_copy(update={"file": "scene.xml"})
+    spec = resolved(scene=mesh, capture={"channels": ["depth", "object"]}).spec
+    assert list(entry_files(spec, 7, tile, has_source=False)) == [DEPTH, CHANNELS, TILE]
