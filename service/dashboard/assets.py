@@ -53,6 +53,7 @@ SHEETS = (
     "new-job/design.css",
     "viewer/viewer.css",
     "account/keys.css",
+    "account/account.css",
     "farm/farm.css",
 )
 """The style sheets of the page, in their order."""

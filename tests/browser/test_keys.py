@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 
 import httpx
@@ -15,6 +16,7 @@ def test_an_admin_makes_a_key_whose_secret_is_shown_once_and_revokes_it(
     page: Page, farm: Farm, log_in: Callable[[str], Page]
 ) -> None:
     log_in(farm.service.new_key(Role.ADMIN))
+    page.get_by_role("link", name="Account", exact=True).click()
     page.get_by_role("link", name="Keys", exact=True).click()
     form = page.get_by_role("form", name="New key")
     form.get_by_label("Name").fill("lab")
@@ -33,7 +35,36 @@ def test_an_admin_makes_a_key_whose_secret_is_shown_once_and_revokes_it(
     expect(page.get_by_role("table", name="Browser sessions").get_by_role("row")).to_have_count(2)
 
 
-def test_others_have_no_link_to_the_keys(page: Page, log_in: Callable[[], Page]) -> None:
+def test_others_see_their_own_limits_and_neither_keys_nor_the_audit_log(
+    page: Page, farm: Farm, log_in: Callable[[], Page]
+) -> None:
+    farm.submit_held()
     log_in()
-    expect(page.get_by_role("button", name="Log out")).to_be_visible()
+    page.get_by_role("link", name="Account", exact=True).click()
+    expect(page.get_by_role("row", name=re.compile("^Open jobs"))).to_contain_text("set by the farm")
+    expect(page.get_by_role("progressbar", name=re.compile("^Open jobs:"))).to_be_visible()
     expect(page.get_by_role("link", name="Keys", exact=True)).to_have_count(0)
+    for address, what in (("keys", "the keys"), ("audit", "the audit log")):
+        page.goto(f"{farm.url}/#/{address}")
+        expect(page.get_by_text(f"Only admins see {what}.")).to_be_visible()
+
+
+def test_an_admin_finds_in_the_audit_log_who_changed_what(
+    page: Page, farm: Farm, log_in: Callable[[str], Page]
+) -> None:
+    job_id = farm.submit()
+    farm.service.client.patch(f"/jobs/{job_id}", json={"priority": 80})
+    log_in(farm.service.new_key(Role.ADMIN))
+    page.get_by_role("link", name="Account", exact=True).click()
+    page.get_by_role("link", name="Audit log", exact=True).click()
+    rows = page.get_by_role("table", name="Audit log").get_by_role("row")
+    expect(rows).to_have_count(4)  # the head, the login, the priority, the submission
+    page.get_by_label("Action").select_option("prioritise-job")
+    expect(rows).to_have_count(2)
+    expect(rows.nth(1)).to_contain_text("priority 80")
+    assert page.url.endswith("#/audit?action=prioritise-job")
+    page.get_by_label("Subject").fill("nothing")
+    expect(page.get_by_text("No entry fits the filter.")).to_be_visible()
+    page.get_by_label("Subject").fill("")
+    rows.nth(1).get_by_role("link", name=job_id).click()
+    expect(page.get_by_role("heading", name="A pond")).to_be_visible()

@@ -10,6 +10,8 @@ import { Header } from "./farm/header.js";
 import { Job } from "./jobs/job.js";
 import { JobList } from "./jobs/list.js";
 import { hrefOf, isFiltered } from "./jobs/list_query.js";
+import { Account } from "./account/account.js";
+import { Audit } from "./account/audit.js";
 import { Keys } from "./account/keys.js";
 import { start } from "./state/live.js";
 import { getState, useKnown } from "./state/store.js";
@@ -42,7 +44,9 @@ function App() {
       <${JobList} open=${here.id} />
       <main id="main" tabindex="-1">
         ${here.view === "new" && html`<${Submit} />`}
+        ${here.view === "account" && html`<${Account} />`}
         ${here.view === "keys" && html`<${Keys} />`}
+        ${here.view === "audit" && html`<${Audit} query=${here.query} />`}
         ${here.view === "farm" && html`<${Farm} />`}
         ${here.view === "job" && html`<${Job} key=${here.id} id=${here.id} />`}
         ${here.view === "wrong" && html`<${Wrong} />`}

@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+import pytest
+from fastapi.routing import iter_route_contexts
+from sqlalchemy import text
+
 from service.auth import create_key
 from service.db import access as access_rows
+from service.main import create_app
 from service.schemas.access import AuditAction, Role
 from tests.builders_service import SPEC, T0, Client, Farm
 
@@ -66,3 +71,18 @@ def test_old_entries_and_expired_sessions_are_deleted_and_expired_keys_stay(api:
     items = api.get("/api/v1/audit").json()["items"]
     assert [item["action"] for item in items] == [AuditAction.CREATE_LOGIN_LINK]
     assert key_id in [key["id"] for key in api.get("/api/v1/keys").json()["items"]]
+
+
+@pytest.mark.promise("People", "No change is made without its entry in the audit log, and no route changes an entry.")
+def test_a_change_without_its_entry_is_not_made_and_no_route_changes_an_entry(api: Client, api_farm: Farm) -> None:
+    routes = list(iter_route_contexts(create_app(api_farm.settings, api_farm.parts).routes))
+    assert {method for route in routes if "audit" in (route.path or "") for method in route.methods or ()} == {"GET"}
+    with api_farm.writing() as session:
+        begin = "CREATE TRIGGER no_entry BEFORE INSERT ON audit BEGIN"
+        session.execute(text(f"{begin} SELECT RAISE(ABORT, 'no entry'); END"))
+    assert api.post("/api/v1/keys", json={"name": "unseen"}).status_code >= 500
+    assert "unseen" not in [key["name"] for key in api.get("/api/v1/keys").json()["items"]]
+    with api_farm.writing() as session:
+        session.execute(text("DROP TRIGGER no_entry"))
+    assert api.post("/api/v1/keys", json={"name": "seen"}).status_code == 201
+    assert "seen" in [key["name"] for key in api.get("/api/v1/keys").json()["items"]]

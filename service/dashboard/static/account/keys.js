@@ -1,32 +1,47 @@
 // The keys and the browser sessions of the farm, for admins. The secret of a new key is shown once.
 import { useEffect, useRef, useState } from "preact/hooks";
-import { deleteKey, deleteSession, getKeys, getSessions, postKey } from "../api/operations.js";
+import { getKeys, getSessions, getWorkerKeys, postKey } from "../api/operations.js";
 import { Field, numberOr } from "../new-job/field.js";
-import { exactTime } from "../shared/format.js";
 import { html } from "../shared/html.js";
-import { Ago } from "../shared/parts.js";
 import { useKnown } from "../state/store.js";
+import { KeyTable, SessionTable, WorkerKeyTable } from "./key_tables.js";
+import { OnlyAdmins, Tabs } from "./tabs.js";
 
 const EMPTY = { name: "", role: "submitter", owner_id: "", expires_in_days: "" };
 const ROLES = ["viewer", "submitter", "admin"];
 
 export function Keys() {
-  const [known, setKnown] = useState({ keys: null, sessions: null });
+  const role = useKnown((known) => known.session?.role);
+  useEffect(() => {
+    document.title = "Keys – Lippmann";
+  }, []);
+  return html`
+    <article class="access">
+      <a class="back" href="#/">← All jobs</a>
+      <h1>Keys</h1>
+      <${Tabs} here="keys" />
+      ${role && role !== "admin" && html`<${OnlyAdmins} what="the keys" />`}
+      ${role === "admin" && html`<${All} />`}
+    </article>
+  `;
+}
+
+function All() {
+  const [known, setKnown] = useState({ keys: null, workerKeys: null, sessions: null });
   const [fault, setFault] = useState("");
   const [made, setMade] = useState(null);
   const [ending, setEnding] = useState(null); // what the dialog asks about: {text, button, run}
   const dialog = useRef(null);
   const load = async () => {
     try {
-      const [keys, sessions] = await Promise.all([getKeys(), getSessions()]);
-      setKnown({ keys: keys.items, sessions: sessions.items });
+      const [keys, workerKeys, sessions] = await Promise.all([getKeys(), getWorkerKeys(), getSessions()]);
+      setKnown({ keys: keys.items, workerKeys: workerKeys.items, sessions: sessions.items });
       setFault("");
     } catch (error) {
       setFault(error.message);
     }
   };
   useEffect(() => {
-    document.title = "Keys – Lippmann";
     load();
   }, []);
   const ask = (question) => {
@@ -43,9 +58,6 @@ export function Keys() {
     }
   };
   return html`
-    <article class="access">
-      <a class="back" href="#/">← All jobs</a>
-      <h1>Keys</h1>
       ${fault && html`<p class="fault" role="alert">${fault}</p>`}
       ${made && html`<${Secret} made=${made} close=${() => setMade(null)} />`}
       <${NewKey} done=${(key) => {
@@ -53,18 +65,18 @@ export function Keys() {
         load();
       }} />
       <${KeyTable} keys=${known.keys} ask=${ask} />
+      <${WorkerKeyTable} keys=${known.workerKeys} ask=${ask} />
       <${SessionTable} sessions=${known.sessions} ask=${ask} />
       <dialog ref=${dialog} class="ask" aria-labelledby="end-title" onClose=${answer}>
         <form method="dialog">
           <h2 id="end-title">${ending?.text}</h2>
-          <p>Event streams end at once. Jobs go on.</p>
+          <p>${ending?.more}</p>
           <p class="choices">
             <button value="no" autofocus>Keep it</button>
             <button value="yes" class="danger">${ending?.button}</button>
           </p>
         </form>
       </dialog>
-    </article>
   `;
 }
 
@@ -125,73 +137,5 @@ function NewKey({ done }) {
       <button class="primary" disabled=${busy}>Create a key</button>
       ${problem && !problem.fields?.length && html`<p class="fault" role="alert">${problem.message}</p>`}
     </form>
-  `;
-}
-
-function KeyTable({ keys, ask }) {
-  const now_ms = useKnown((known) => known.now_ms);
-  if (!keys) return html`<p class="quiet">Loading …</p>`;
-  const end = (key) =>
-    ask({
-      text: `Revoke the key ${key.name}?`,
-      button: "Revoke the key",
-      run: () => deleteKey(key.id),
-    });
-  return html`
-    <div class="table"><table>
-      <caption class="unseen">Keys</caption>
-      <thead><tr><th>Name</th><th>Role</th><th>Owner</th><th>Last use</th><th>Expires</th><th></th></tr></thead>
-      <tbody>
-        ${keys.map(
-          (key) => html`
-          <tr key=${key.id}>
-            <td title=${`id ${key.id}`}>${key.name}</td>
-            <td>${key.role}</td>
-            <td>${key.owner_id === key.id ? html`<span class="quiet">itself</span>` : key.owner_id}</td>
-            <td>${key.used_at ? html`<${Ago} time=${key.used_at} />` : html`<span class="quiet">never</span>`}</td>
-            <td><${Expiry} time=${key.expires_at} now_ms=${now_ms} /></td>
-            <td><button aria-label=${`Revoke ${key.name}`} onClick=${() => end(key)}>Revoke</button></td>
-          </tr>
-        `,
-        )}
-      </tbody>
-    </table></div>
-  `;
-}
-
-function Expiry({ time, now_ms }) {
-  if (!time) return html`<span class="quiet">never</span>`;
-  const isOver = Date.parse(time) < now_ms;
-  return html`<time class=${isOver ? "fault" : ""} datetime=${time}>${isOver ? "expired" : exactTime(time)}</time>`;
-}
-
-function SessionTable({ sessions, ask }) {
-  if (!sessions) return null;
-  const end = (one) =>
-    ask({
-      text: `End the session of ${one.name}?`,
-      button: "End the session",
-      run: () => deleteSession(one.id),
-    });
-  return html`
-    <h2>Browser sessions</h2>
-    <div class="table"><table>
-      <caption class="unseen">Browser sessions</caption>
-      <thead><tr><th>Name</th><th>Role</th><th>Owner</th><th>Last use</th><th>Expires</th><th></th></tr></thead>
-      <tbody>
-        ${sessions.map(
-          (one) => html`
-          <tr key=${one.id}>
-            <td>${one.name}</td>
-            <td>${one.role}</td>
-            <td>${one.owner_id}</td>
-            <td>${one.used_at ? html`<${Ago} time=${one.used_at} />` : html`<span class="quiet">never</span>`}</td>
-            <td>${exactTime(one.expires_at)}</td>
-            <td><button aria-label=${`End the session of ${one.name}`} onClick=${() => end(one)}>End</button></td>
-          </tr>
-        `,
-        )}
-      </tbody>
-    </table></div>
   `;
 }

@@ -11,6 +11,8 @@ const LINKS = {
   lost: "Connection lost, trying again …",
 };
 
+const ACCOUNT = ["account", "keys", "audit"]; // The pages behind the link to the account.
+
 export function Header({ here }) {
   const link = useKnown((known) => known.link);
   const health = useKnown((known) => known.health);
@@ -27,9 +29,10 @@ export function Header({ here }) {
         `
       }
       ${
-        session?.role === "admin" &&
+        session &&
         html`
-        <a class="button plain" href="#/keys" aria-current=${here === "keys" ? "page" : null}>Keys</a>
+        <a class="button plain" href="#/account" title="Your account, limits and keys"
+          aria-current=${ACCOUNT.includes(here) ? "page" : null}>Account</a>
       `
       }
       ${session && html`<${ApiPage} />`}
@@ -49,7 +52,7 @@ const UNCONFINED = "A worker has no sandbox: it renders only the scenes that com
 
 const confinement = (sandboxes) => (sandboxes?.length ? `Scenes run in: ${sandboxes.join(", ")}` : "");
 
-const ApiPage = () => html`<a class="button plain" href=${link("/docs")}>API</a>`;
+const ApiPage = () => html`<a class="button plain api" href=${link("/docs")}>API</a>`;
 
 function LogOut({ session }) {
   const leave = () => logOut().finally(() => location.replace(link("/")));

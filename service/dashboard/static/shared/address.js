@@ -1,11 +1,13 @@
 // The address of the page. The fragment of the URL names a view, and the query behind it the state inside the view:
-//   #/   #/new   #/keys   #/farm   #/jobs/ID?frame=3&look=focus
+//   #/   #/new   #/account   #/keys   #/audit   #/farm   #/jobs/ID?frame=3&look=focus
 
 // For the first word of a fragment: the view, and the number of ids that follow.
 const VIEWS = {
   "": ["list", 0],
   new: ["new", 0],
+  account: ["account", 0],
   keys: ["keys", 0],
+  audit: ["audit", 0],
   farm: ["farm", 0],
   jobs: ["job", 1],
 };
