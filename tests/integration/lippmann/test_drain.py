@@ -108,12 +108,24 @@ def test_workers_of_two_kinds_are_drained_in_mid_job_and_lose_no_attempt(farm: T
         "workers-closed", "No worker that may do it takes orders: tagged is drained.",
     )  # fmt: skip
     client.undrain("tagged")
+    until(lambda: client.workers().items[0].closed is None)
+    client.exclude("tagged")
+    until(lambda: client.workers().items[0].closed == "draining")
+    assert [(one.worker, one.name) for one in client.workers().excluded] == [("tagged", client.caller().name)]
+    client.include("tagged")
     with pytest.raises(Refused, match="there is no worker 'no one' online"):
         client.drain("no one")
     changes = [(entry.action, entry.subject, entry.detail) for entry in client.audit() if entry.subject != again.id]
-    assert changes[:3] == [
-        ("undrain-worker", "tagged", ""), ("drain-worker", "tagged", ""), ("drain-worker", "plain", "ends afterwards"),
+    assert changes[:5] == [
+        ("include-worker", "tagged", ""), ("exclude-worker", "tagged", ""), ("undrain-worker", "tagged", ""),
+        ("drain-worker", "tagged", ""), ("drain-worker", "plain", "ends afterwards"),
     ]  # fmt: skip
+    with pytest.raises(Refused, match="no job has a failure of the worker 'tagged'"):
+        client.forgive("tagged")
+    task = next(client.tasks(for_all.id)).id
+    for act, expected in ((client.restart_task, "dispatched or running"), (client.end_task, "running")):
+        with pytest.raises(Refused, match=f"cannot stop a task that is done; expected one that is {expected}"):
+            act(for_all.id, task)
     until(lambda: farm.is_at_work(again, "tagged"))
     farm.tagged.send_signal(signal.SIGTERM)
     assert farm.tagged.wait(ENOUGH_S) == 0

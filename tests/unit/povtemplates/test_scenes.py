@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import re
+import struct
 from pathlib import Path
 
 import pytest
@@ -29,6 +30,14 @@ MESH_SCENES = {name: folder for name, folder in scene_folders().items() if MANIF
 
 def test_the_fish_and_the_targets_are_there() -> None:
     assert set(SCENES) >= {"fish", "target-position", "target-letter", "target-white", "target-points"}
+
+
+@pytest.mark.parametrize("name", MANIFESTS)
+def test_a_scene_has_a_poster(name: str) -> None:
+    poster = (scene_folders()[name] / POSTER).read_bytes()
+    width_px, height_px = struct.unpack(">II", poster[16:24])  # in the first chunk of a PNG
+    assert width_px == height_px
+    assert width_px >= 360
 
 
 @pytest.mark.parametrize("name", SCENES)
