@@ -1,7 +1,8 @@
 // The keys and the browser sessions of the farm, for admins. The secret of a new key is shown once.
-import { useEffect, useRef, useState } from "preact/hooks";
+import { useEffect, useState } from "preact/hooks";
 import { getKeys, getSessions, getWorkerKeys, postKey } from "../api/operations.js";
 import { Field, numberOr } from "../new-job/field.js";
+import { Confirm } from "../shared/confirm.js";
 import { html } from "../shared/html.js";
 import { useKnown } from "../state/store.js";
 import { KeyTable, SessionTable, WorkerKeyTable } from "./key_tables.js";
@@ -30,8 +31,7 @@ function All() {
   const [known, setKnown] = useState({ keys: null, workerKeys: null, sessions: null });
   const [fault, setFault] = useState("");
   const [made, setMade] = useState(null);
-  const [ending, setEnding] = useState(null); // what the dialog asks about: {text, button, run}
-  const dialog = useRef(null);
+  const [ending, setEnding] = useState(null); // what the dialog asks about: {text, more, button, run}
   const load = async () => {
     try {
       const [keys, workerKeys, sessions] = await Promise.all([getKeys(), getWorkerKeys(), getSessions()]);
@@ -44,14 +44,12 @@ function All() {
   useEffect(() => {
     load();
   }, []);
-  const ask = (question) => {
-    setEnding(question);
-    dialog.current.showModal();
-  };
-  const answer = async (event) => {
-    if (event.target.returnValue !== "yes") return;
+  const answer = async (isYes) => {
+    const chosen = ending;
+    setEnding(null);
+    if (!isYes) return;
     try {
-      await ending.run();
+      await chosen.run();
       await load();
     } catch (error) {
       setFault(error.message);
@@ -64,19 +62,17 @@ function All() {
         setMade(key);
         load();
       }} />
-      <${KeyTable} keys=${known.keys} ask=${ask} />
-      <${WorkerKeyTable} keys=${known.workerKeys} ask=${ask} />
-      <${SessionTable} sessions=${known.sessions} ask=${ask} />
-      <dialog ref=${dialog} class="ask" aria-labelledby="end-title" onClose=${answer}>
-        <form method="dialog">
-          <h2 id="end-title">${ending?.text}</h2>
-          <p>${ending?.more}</p>
-          <p class="choices">
-            <button value="no" autofocus>Keep it</button>
-            <button value="yes" class="danger">${ending?.button}</button>
-          </p>
-        </form>
-      </dialog>
+      <${KeyTable} keys=${known.keys} ask=${setEnding} />
+      <${WorkerKeyTable} keys=${known.workerKeys} ask=${setEnding} />
+      <${SessionTable} sessions=${known.sessions} ask=${setEnding} />
+      ${
+        ending &&
+        html`
+        <${Confirm} title=${ending.text} yes=${ending.button} no="Keep it" answer=${answer}>
+          <p>${ending.more}</p>
+        <//>
+      `
+      }
   `;
 }
 

@@ -1,9 +1,9 @@
 // The page of the farm: workers, what they do, what waits and why, the last hours, and who uses how much.
 import { useEffect, useState } from "preact/hooks";
 import { endTask, restartTask, sendWorkerAction } from "../api/operations.js";
+import { Confirm } from "../shared/confirm.js";
 import { html } from "../shared/html.js";
 import { useKnown } from "../state/store.js";
-import { Ask } from "./ask.js";
 import { Charts } from "./charts.js";
 import { Owners } from "./owners.js";
 import { Stuck, Waiting } from "./queue.js";
@@ -32,9 +32,10 @@ export function Farm() {
   };
   const onWorker = (name, action, title) => act(() => sendWorkerAction(name, action), `${title}: ${name}.`);
   const onTask = (task, action) => setQuestion({ ...QUESTIONS[action](task), task });
-  const answer = (asked) => {
+  const answer = (isYes) => {
+    const asked = question;
     setQuestion(null);
-    if (asked) act(() => asked.run(asked.task), asked.done);
+    if (isYes) act(() => asked.run(asked.task), asked.done);
   };
   return html`
     <article class="farm">
@@ -55,7 +56,14 @@ export function Farm() {
         <${Owners} />
       `
       }
-      <${Ask} question=${question} close=${answer} />
+      ${
+        question &&
+        html`
+        <${Confirm} title=${question.title} yes=${question.button} no="Leave it" answer=${answer}>
+          <p>${question.text}</p>
+        <//>
+      `
+      }
     </article>
   `;
 }
