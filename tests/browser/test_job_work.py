@@ -112,3 +112,27 @@ def test_the_job_file_is_saved_and_a_removal_says_what_goes(
     expect(page.get_by_role("button", name="Remove", exact=True)).to_have_count(0)
     expect(page.get_by_role("checkbox")).to_have_count(0)
     expect(page.get_by_role("link", name="Run again changed")).to_have_count(0)
+
+
+def test_two_jobs_are_compared_from_the_same_place_of_the_eye(
+    page: Page, farm: Farm, log_in: Callable[[], Page]
+) -> None:
+    one, other = (
+        farm.submit(title=title, frames="1-2", fps=fps, outputs=[]) for title, fps in (("Slow", 8), ("Fast", 24))
+    )
+    until(lambda: farm.service.status(one) == farm.service.status(other) == "done")
+    log_in()
+    for title in ("Slow", "Fast"):
+        page.get_by_role("checkbox", name=f"Select {title}").click()
+    page.get_by_role("group", name="Selected jobs").get_by_role("link", name="Compare").click()
+    pictures = page.get_by_role("img", name="Frame 2, view 4, 4")
+    expect(pictures).to_have_count(2)
+    page.get_by_label("Eye across").fill("-1")
+    expect(page.get_by_role("img", name="Frame 2, view 0, 4")).to_have_count(2)
+    until(lambda: all(each.evaluate("picture => picture.complete") for each in page.locator(".eye img").all()))
+    assert "x=-1.000" in page.url
+    rows = page.get_by_role("region", name="Table of differences").locator("tbody tr")
+    expect(rows.filter(has_text="fps")).to_contain_text("24")
+    expect(rows).to_have_count(2)  # and the title
+    page.get_by_label("Frame 2").fill("0")
+    expect(page.get_by_role("img", name="Frame 1, view 0, 4")).to_have_count(2)

@@ -7,6 +7,7 @@ import { read } from "./shared/address.js";
 import { useAddress } from "./shared/use_address.js";
 import { Farm } from "./farm/farm.js";
 import { Header } from "./farm/header.js";
+import { Compare } from "./jobs/compare.js";
 import { Job } from "./jobs/job.js";
 import { JobList } from "./jobs/list.js";
 import { hrefOf, isFiltered } from "./jobs/list_query.js";
@@ -49,6 +50,7 @@ function App() {
         ${here.view === "audit" && html`<${Audit} query=${here.query} />`}
         ${here.view === "farm" && html`<${Farm} />`}
         ${here.view === "job" && html`<${Job} key=${here.id} id=${here.id} />`}
+        ${here.view === "compare" && html`<${Compare} key=${here.ids.join()} ids=${here.ids} />`}
         ${here.view === "wrong" && html`<${Wrong} />`}
       </main>
     </div>

@@ -5,6 +5,7 @@ import { count, many } from "../shared/format.js";
 import { html } from "../shared/html.js";
 
 const SHOWN = 20;
+const ROW_PX = 36; // A row has at least this height, so that what follows stays where it is.
 
 export function Failures({ job }) {
   const failed = job.tasks.failed;
@@ -20,7 +21,9 @@ export function Failures({ job }) {
     <section class="failures" aria-label="Failed tasks">
       <h2>Failed tasks <span class="quiet">${count(failed)}</span></h2>
       ${fault && html`<p class="fault" role="alert">${fault}</p>`}
-      <ul>${page.items.map((task) => html`<${Row} key=${task.id} task=${task} said=${job.error?.message} />`)}</ul>
+      <ul style=${{ minHeight: `${ROW_PX * Math.min(SHOWN, failed)}px` }}>
+        ${page.items.map((task) => html`<${Row} key=${task.id} task=${task} said=${job.error?.message} />`)}
+      </ul>
       ${page.next_cursor && html`<p class="quiet">The first ${count(page.items.length)} are shown.</p>`}
     </section>
   `;

@@ -27,7 +27,7 @@ export function FrameGrid({ job }) {
   const total = grid?.job === job.id ? grid.numbers.length : 0;
   const box = useRef(null);
   const width_px = useWidth(box);
-  const layout = gridOf(total, width_px);
+  const layout = gridOf(total || job.frames_total, width_px); // Its room is there before the statuses are.
   const named = picked ?? (shown || null);
   const square = total && named !== null ? Math.max(0, placeOfFrame(grid.numbers, named)) : 0;
   const canvas = useCanvas(layout, grid, square, width_px);
@@ -49,7 +49,7 @@ export function FrameGrid({ job }) {
   return html`
     <div class="grid" role="group" aria-label="All frames by status">
       ${fault && html`<p class="fault" role="alert">${fault}</p>`}
-      ${total > 0 && html`<${Legend} grid=${grid} />`}
+      <${Legend} grid=${grid} total=${total} />
       <div ref=${box} class="squares" style=${{ height: `${layout.height_px}px` }}>
         ${
           total > 0 &&
@@ -65,7 +65,8 @@ export function FrameGrid({ job }) {
   `;
 }
 
-function Legend({ grid }) {
+function Legend({ grid, total }) {
+  if (!total) return html`<ul class="legend"></ul>`;
   const counts = countsOf(grid.statuses);
   const failed = textOf(grid, "failed", MOST_RANGES);
   return html`
@@ -82,6 +83,7 @@ function Legend({ grid }) {
 function useWidth(box) {
   const [width_px, setWidth] = useState(0);
   useLayoutEffect(() => {
+    setWidth(box.current.clientWidth);
     const watch = new ResizeObserver(([entry]) => setWidth(Math.floor(entry.contentRect.width)));
     watch.observe(box.current);
     return () => watch.disconnect();

@@ -1,13 +1,18 @@
-// The frames of a job, and the lightbox of one of them.
+// The frames of a job: all of them by status, and their pictures in pages.
 import { useEffect, useState } from "preact/hooks";
 import { link } from "../api/operations.js";
 import { write } from "../shared/address.js";
 import { count } from "../shared/format.js";
-import { loadMoreFrames, openFrames } from "../state/frame_pages.js";
+import { FRAMES_A_PAGE, loadMoreFrames, openFrames } from "../state/frame_pages.js";
 import { html } from "../shared/html.js";
 import { FrameGrid } from "./frame_grid.js";
 import { More } from "../shared/parts.js";
 import { useKnown } from "../state/store.js";
+
+// The room of a frame that is not loaded yet.
+const place = (_, at) => html`
+  <li key=${`place ${at}`} class="cell waiting"><span class="lattice" aria-hidden="true"></span></li>
+`;
 
 export function Frames({ job }) {
   const frames = useKnown((known) => known.frames);
@@ -23,6 +28,7 @@ export function Frames({ job }) {
       ${fault && html`<p class="fault" role="alert">${fault}</p>`}
       <${FrameGrid} job=${job} />
       <ol class="pictures">
+        ${Array.from({ length: items.length ? 0 : Math.min(job.frames_total, FRAMES_A_PAGE) }, place)}
         ${items.map((item) => html`<${Cell} key=${item.frame} item=${item} isOpen=${isOpen} show=${showLarge} />`)}
       </ol>
       ${frames?.cursor && items.length > 0 && html`<${More} what="more frames" load=${loadMoreFrames} />`}

@@ -28,6 +28,7 @@ export function Job({ id }) {
   }, [job && jobName(job)]);
   if (!job)
     return html`
+      ${fault && html`<h1>No such job</h1>`}
       <p class=${fault ? "fault" : "quiet"} role="status">${fault || "Loading …"}</p>
       ${fault && html`<p><a href="#/">All jobs</a></p>`}
     `;

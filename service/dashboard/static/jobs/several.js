@@ -54,7 +54,10 @@ export function Several({ picked, setPicked }) {
     <div class="several" role="group" aria-label="Selected jobs">
       <strong>${many(jobs.length, "job")} selected</strong>
       <button class="plain" onClick=${() => setPicked(new Map())}>Clear selection</button>
-      <p>${Object.keys(LABELS).map(button)}</p>
+      <p>
+        ${Object.keys(LABELS).map(button)}
+        ${jobs.length === 2 && html`<a class="button" href="#/compare/${jobs[0].id}/${jobs[1].id}">Compare</a>`}
+      </p>
       <form onSubmit=${prioritise}>
         <label>Priority <input type="number" min="0" max="100" required value=${priority}
           onInput=${(event) => setPriority(event.target.value)} /></label>

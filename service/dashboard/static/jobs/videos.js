@@ -34,7 +34,7 @@ export function Videos({ job }) {
   return html`
     <section class="videos" aria-label="Outputs">
       <h2>Outputs</h2>
-      <div class="players">${ready.filter(({ name }) => PLAYED.test(name)).map(player)}</div>
+      <div class="players">${ready.filter(({ name }) => PLAYED.test(name)).map((output) => player(output, job))}</div>
       <p class="downloads">
         ${ready
           .filter(isVideo)
@@ -53,10 +53,14 @@ const title = ({ kind, name }) => {
   return name === `${kind}.mp4` ? said : `${said}: ${name}`;
 };
 
+// The room of a video before its size is known; two pictures may be side by side.
+const ratioOf = ({ kind }, { size }) => String(((kind === "stereo" ? 2 : 1) * size.cols) / size.rows);
+
 // The key is the name, so that a video keeps playing when the page is redrawn.
-const player = (output) => html`
+const player = (output, job) => html`
   <figure key=${output.name}>
-    <video controls loop muted playsinline preload="metadata" src=${output.url} aria-label=${title(output)}></video>
+    <video controls loop muted playsinline preload="metadata" src=${output.url} aria-label=${title(output)}
+      style=${{ aspectRatio: ratioOf(output, job) }}></video>
     <figcaption>${title(output)}</figcaption>
   </figure>
 `;

@@ -2,7 +2,7 @@
 import { useEffect, useState } from "preact/hooks";
 import { getTasks } from "../api/operations.js";
 import { place } from "./failures.js";
-import { jobName } from "../shared/format.js";
+import { count, jobName } from "../shared/format.js";
 import { html } from "../shared/html.js";
 import { useKnown } from "../state/store.js";
 
@@ -20,13 +20,19 @@ export function waitWords(job) {
 }
 
 export function Wait({ job }) {
-  const wait = waitOf(job);
-  if (!wait || job.pause?.reason) return null;
+  if (job.ended_at || job.pause?.reason) return null;
+  const wait = waitOf(job) ?? { message: workOf(job), jobs: [] };
   return html`
     <p class="wait" aria-live="polite">
       ${wait.message} ${wait.jobs.map((id) => html`<${JobLink} key=${id} id=${id} />`)}
     </p>
   `;
+}
+
+// What happens in a job that does not wait; the line is always there, so that what follows stays where it is.
+function workOf({ tasks }) {
+  if (!tasks.running) return "The next tasks start in a moment.";
+  return tasks.running === 1 ? "One task runs now." : `${count(tasks.running)} tasks run now.`;
 }
 
 function JobLink({ id }) {

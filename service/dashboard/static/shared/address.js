@@ -1,5 +1,5 @@
 // The address of the page. The fragment of the URL names a view, and the query behind it the state inside the view:
-//   #/   #/new   #/account   #/keys   #/audit   #/farm   #/jobs/ID?frame=3&look=focus
+//   #/   #/new   #/account   #/keys   #/audit   #/farm   #/jobs/ID?frame=3&look=focus   #/compare/ID/ID
 
 // For the first word of a fragment: the view, and the number of ids that follow.
 const VIEWS = {
@@ -10,6 +10,7 @@ const VIEWS = {
   audit: ["audit", 0],
   farm: ["farm", 0],
   jobs: ["job", 1],
+  compare: ["compare", 2],
 };
 const CHANGED = "addresschange";
 

@@ -2,7 +2,7 @@
 import { getFrames } from "../api/operations.js";
 import { change, getState } from "./store.js";
 
-const FRAMES_A_PAGE = 120;
+export const FRAMES_A_PAGE = 120;
 const PAUSE_MS = 250; // Frames that end at the same time are requested together.
 
 const stale = new Set(); // The pages that are about to be requested.
