@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections import defaultdict
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator, Sequence
+from functools import cache, partial
 
 from sqlalchemy.orm import Session
 
@@ -135,31 +136,33 @@ def list_attempts(session: Session, job_id: str, *, limit: int) -> task_schema.A
 def frame_statuses(session: Session, job_id: str) -> frame_schema.FrameStatuses:
     """Return the statuses of all frames of a job, in order."""
     row = find_job(session, job_id)
-    found: dict[int, set[tuple[TaskKind, TaskStatus]]] = defaultdict(set)
+    tasks: dict[int, set[tuple[TaskKind, TaskStatus]]] = defaultdict(set)
     for number, kind, status in overview.all_frames(session, job_id):
-        found[number].add((kind, status))
-    statuses = [(number, frame_status(found[number], row.status)) for number in row.parsed_spec.frame_numbers]
+        tasks[number].add((kind, status))
+    # Most frames have tasks in the same few statuses.
+    status_of = cache(partial(frame_status, job=row.status))
+    statuses = [(number, status_of(frozenset(tasks[number]))) for number in row.parsed_spec.frame_numbers]
     return frame_schema.FrameStatuses(runs=tuple(runs_of(statuses)))
 
 
-def runs_of(statuses: Iterable[tuple[int, FrameStatus]]) -> Iterator[frame_schema.FrameRun]:
+def runs_of(statuses: Sequence[tuple[int, FrameStatus]]) -> Iterator[frame_schema.FrameRun]:
     """Join frames that follow each other in the same step with the same status.
 
-    >>> [(run.first, run.last, run.step) for run in runs_of((n, FrameStatus.DONE) for n in (1, 3, 5, 9))]
+    >>> [(run.first, run.last, run.step) for run in runs_of([(n, FrameStatus.DONE) for n in (1, 3, 5, 9)])]
     [(1, 5, 2), (9, 9, 1)]
     """
-    run: frame_schema.FrameRun | None = None
-    for number, status in statuses:
-        if run is not None and status is run.status:
-            step = number - run.last
-            if run.first == run.last or step == run.step:
-                run = run.model_copy(update={"last": number, "step": step})
-                continue
-        if run is not None:
-            yield run
-        run = frame_schema.FrameRun(status=status, first=number, last=number, step=1)
-    if run is not None:
-        yield run
+    start = 0
+    while start < len(statuses):
+        first, status = statuses[start]
+        step = statuses[start + 1][0] - first if start + 1 < len(statuses) else 1
+        stop = start + 1
+        while stop < len(statuses) and statuses[stop] == (statuses[stop - 1][0] + step, status):
+            stop += 1
+        is_single = stop == start + 1
+        yield frame_schema.FrameRun(
+            status=status, first=first, last=statuses[stop - 1][0], step=1 if is_single else step
+        )
+        start = stop
 
 
 def page_audit(

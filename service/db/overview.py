@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
@@ -24,11 +24,13 @@ def newest_frames(session: Session, job_ids: Iterable[str]) -> dict[str, int]:
     return {job_id: frame for job_id, frame in session.execute(query) if frame is not None}
 
 
-def all_frames(session: Session, job_id: str) -> Sequence[tuple[int, TaskKind, TaskStatus]]:
-    """Return the different statuses of the tasks of each kind of every frame: (frame, kind, status)."""
-    query = select(Task.frame, Task.kind, Task.status).where(Task.job_id == job_id, Task.frame.is_not(None))
-    rows = session.execute(query.distinct())
-    return [(frame, kind, status) for frame, kind, status in rows if frame is not None]
+def all_frames(session: Session, job_id: str) -> Iterator[tuple[int, TaskKind, TaskStatus]]:
+    """Yield the different statuses of the tasks of each kind of every frame: (frame, kind, status)."""
+    columns = Task.__table__.c
+    query = select(columns.frame, columns.kind, columns.status).where(columns.job_id == job_id)
+    # A job has tens of thousands of them, and a session would take several times as long for its rows.
+    for frame, kind, status in session.connection().execute(query.where(columns.frame.is_not(None)).distinct()):
+        yield frame, kind, status
 
 
 def latest_attempts(session: Session, job_id: str, *, limit: int) -> Sequence[Task]:
