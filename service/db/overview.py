@@ -29,8 +29,8 @@ def all_frames(session: Session, job_id: str) -> Iterator[tuple[int, TaskKind, T
     columns = Task.__table__.c
     query = select(columns.frame, columns.kind, columns.status).where(columns.job_id == job_id)
     # A job has tens of thousands of them, and a session would take several times as long for its rows.
-    for frame, kind, status in session.connection().execute(query.where(columns.frame.is_not(None)).distinct()):
-        yield frame, kind, status
+    for row in session.connection().execute(query.where(columns.frame.is_not(None)).distinct()):
+        yield row.frame, row.kind, row.status
 
 
 def latest_attempts(session: Session, job_id: str, *, limit: int) -> Sequence[Task]:
