@@ -105,8 +105,8 @@ def test_the_job_file_is_saved_and_a_removal_says_what_goes(
     question.get_by_role("button", name="Remove the job").click()
     expect(page.get_by_role("heading", name="Kept")).to_be_visible()
     assert farm.service.client.get(f"/jobs/{removed}").status_code == 404
-    page.get_by_role("button", name="Log out").click()
-    page.get_by_label("API key").wait_for()
+    page.goto("about:blank")  # A page that still asks would be refused, which the browser prints.
+    page.context.clear_cookies()
     log_in(farm.service.new_key(Role.VIEWER))
     expect(page.get_by_text("Your key may look, and change nothing.")).to_be_visible()
     expect(page.get_by_role("button", name="Remove", exact=True)).to_have_count(0)
