@@ -16,7 +16,8 @@ export function Screen({ given, kind, item, url, label, atlas, isWaiting, isCalm
   const stage = useRef(null);
   const draw = useRef(() => {});
   const marker = useRef(null);
-  const follow = useRef(/** @type {any} */ ({})); // the place of the eye, and the function of an overlay that follows it
+  // The place of the eye, and the function of an overlay that follows it.
+  const follow = useRef(/** @type {any} */ ({}));
   const eye = useRef(null);
   const [isFocused, setFocused] = useState(false);
   const isSteered = isPainted && kind.movesEye === true;
