@@ -42,7 +42,7 @@ def test_preset_scene_fields_outputs_and_the_job_file_become_a_job(
     lenses = page.get_by_role("group", name="Lenses")
     lenses.get_by_label("Rows").fill("10")
     lenses.get_by_label("Columns").fill("12")
-    page.get_by_label("Pixels per lens").fill("4")
+    page.get_by_label("Pixels per lens", exact=True).fill("4")
     page.get_by_label("Offset mm").fill("-5.5")
     page.get_by_role("button", name="Remove sheets").click()
     page.get_by_label("One more of the outputs").select_option("view_grid")
@@ -65,7 +65,7 @@ def test_preset_scene_fields_outputs_and_the_job_file_become_a_job(
     expect(page.get_by_text("This is not JSON yet")).to_be_visible()
     text.fill(json.dumps(written | {"priority": 80, "title": "Points"}))
     expect(page.get_by_label("Priority")).to_have_value("80")
-    expect(page.get_by_label("Pixels per lens")).to_have_value("4")
+    expect(page.get_by_label("Pixels per lens", exact=True)).to_have_value("4")
     page.get_by_role("button", name="Submit").click()
     expect(page.get_by_role("heading", level=1, name="Points")).to_be_visible()
     (job,) = farm.service.client.get("/jobs").json()["items"]
