@@ -155,7 +155,7 @@ class GltfMaterials:
     def _texture(self, info: TextureInfo, place: str, kind: str, convert: Callable[[Codes], dict[str, Any]]) -> Any:
         """Return a texture of Mitsuba, made once for all materials that use a picture in the same way."""
         matrix = texture_matrix(info, self._arrays.files, place)
-        key = (info.index, kind, *map(float, matrix.ravel()))
+        key: tuple[int | str | float, ...] = (info.index, kind, *map(float, matrix.ravel()))
         if key not in self._textures:
             codes, settings = self._picture(info, place)
             settings |= {} if np.array_equal(matrix, np.eye(3)) else {"to_uv": mi.ScalarTransform3f(matrix)}
