@@ -117,7 +117,9 @@ def test_a_job_that_somebody_removed_leaves_the_list(page: Page, farm: Farm, log
     removed, kept = (farm.submit(title=title, frames="1", outputs=[]) for title in ("Removed", "Kept"))
     until(lambda: farm.service.status(kept) == farm.service.status(removed) == "done")
     log_in()
-    page.get_by_role("link", name="Removed").click()
+    # The viewer has asked for all that it wants before the job goes.
+    with page.expect_response(f"**/{removed}/frames/1/views.atlas?max_px=4096*"):
+        page.get_by_role("link", name="Removed").click()
     expect(page.get_by_role("heading", name="Removed")).to_be_visible()
     expect(page.locator(".frames .cell.done img")).to_be_visible()
     until(lambda: page.locator(".frames .cell.done img").evaluate("picture => picture.complete"))
