@@ -46,6 +46,7 @@ function Chart({ title, times, values, words }) {
   const [fault, setFault] = useState("");
   useEffect(() => {
     if (!times) return undefined;
+    const element = box.current; // It is gone from the reference when the page is left.
     let plot = null;
     let isOver = false;
     const dark = matchMedia("(prefers-color-scheme: dark)");
@@ -54,13 +55,13 @@ function Chart({ title, times, values, words }) {
         const { default: uPlot } = await import("uplot");
         if (isOver) return;
         plot?.destroy();
-        plot = new uPlot(options(title, box.current.clientWidth, top(values)), [times, values], box.current);
+        plot = new uPlot(options(title, element.clientWidth, top(values)), [times, values], element);
       } catch {
         setFault("The chart cannot be drawn.");
       }
     };
-    const watch = new ResizeObserver(() => plot?.setSize({ width: box.current.clientWidth, height: HEIGHT_PX }));
-    watch.observe(box.current);
+    const watch = new ResizeObserver(() => plot?.setSize({ width: element.clientWidth, height: HEIGHT_PX }));
+    watch.observe(element);
     dark.addEventListener("change", draw);
     draw();
     return () => {

@@ -19,7 +19,7 @@ export function Owners() {
       ${
         value?.items.length > 0 &&
         html`
-        <div class="table" role="region" aria-labelledby="owners-title" tabindex="0"><table>
+        <div class="table" role="region" aria-label="Table of who uses it" tabindex="0"><table>
           <thead><tr>
             <th scope="col">Key</th><th scope="col">Owner</th><th scope="col" class="number">CPU time</th>
             <th scope="col" class="number">Frames</th><th scope="col" class="number">Stored</th>

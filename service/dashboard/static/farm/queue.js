@@ -51,7 +51,7 @@ export function Waiting({ work }) {
       ${
         work.waiting.length > 0 &&
         html`
-        <div class="table" role="region" aria-labelledby="waiting-title" tabindex="0"><table>
+        <div class="table" role="region" aria-label="Table of the jobs that wait" tabindex="0"><table>
           <thead><tr>
             <th scope="col">Reason</th><th scope="col">Engine</th>
             <th scope="col" class="number">Jobs</th><th scope="col" class="number">Tasks ready</th>
