@@ -156,7 +156,7 @@ def test_the_pointer_turns_the_fish(worked: Clone, chromium: Browser) -> None:
     page = chromium.new_context(viewport={"width": 900, "height": 600}, reduced_motion="reduce").new_page()
     page.goto(worked.opened.read_text().strip())
     stage = page.locator(".stage")
-    expect(stage.locator("canvas")).to_be_visible()
+    expect(stage.locator("canvas[aria-busy=false]")).to_be_visible()
     box = stage.bounding_box()
     assert box
     canvas, shown = stage.locator("canvas"), set[str]()
