@@ -6,7 +6,7 @@ BIN := $(VENV)/bin
 PYTHON3 ?= python3
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo up test chaos outages fuzz bare lint types fmt page promises bench lock sbom audit installed setup-test \
+.PHONY: help setup demo up test chaos outages fuzz bare lint types fmt page screenshots promises bench lock sbom audit installed setup-test \
 	clean
 
 HOW_TO_CALL := The command is $(BIN)/lippmann. For this terminal, \`source $(BIN)/activate\` makes it \`lippmann\`.
@@ -76,6 +76,9 @@ fmt: installed $(PAGE)/node_modules/.installed ## Format the code
 
 promises: installed ## Write the tables of SECURITY.md from the markers of the tests
 	$(BIN)/python -m tests.security.promises
+
+screenshots: setup-test page ## Take pictures of every page of the dashboard in every state, into out/screenshots
+	LIPPMANN_SCREENSHOTS=out/screenshots $(BIN)/pytest tests/browser/test_states.py
 
 bench: installed ## Measure ratios against plain POV-Ray and against the limits
 	$(BIN)/python -m tests.benchmarks $(ARGS)
