@@ -12,11 +12,13 @@ from fastapi import APIRouter, Header, Query, Request
 from fastapi.responses import HTMLResponse, Response
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
+from service.auth import Caller
 from service.dashboard.api_reference import reference_of
 from service.dashboard.assets import MODULES_OF_PAGE, ON_DEMAND, PREFIX, SHEET_OF_PAGE, VENDORED, assets, import_map
 from service.dashboard.policy import page_headers
 from service.dependencies import AppStateDep, CallerOrNoneDep, ViewerDep
 from service.errors import NotFound
+from service.schemas.access import Session
 from service.schemas.problem import Problem
 
 KEPT_FOR_A_YEAR = "public, max-age=31536000, immutable"
@@ -58,7 +60,7 @@ def show_page(
     settings = state.settings
     root = settings.path_prefix
     if caller is not None and not token:
-        return _dashboard_page(root)
+        return _dashboard_page(root, caller)
     provider = settings.oidc_name if settings.oidc_issuer else ""
     reason = REASONS.get(refused, REASONS["1"]) if refused else ""
     return _page("login.html", root, reason=reason, token=token, entered=bool(entered), provider=provider)
@@ -108,7 +110,7 @@ def send_asset(
     return Response(asset.body, media_type=asset.media_type, headers=headers)
 
 
-def _dashboard_page(root: str) -> Response:
+def _dashboard_page(root: str, caller: Caller) -> Response:
     # An escaped "<" cannot end the script element; the policy contains the hash of exactly this text.
     inline = json.dumps(import_map(root), separators=(",", ":")).replace("<", "\\u003c")
     return _page(
@@ -118,6 +120,7 @@ def _dashboard_page(root: str) -> Response:
         import_map=inline,
         script=MODULES_OF_PAGE,
         sheet=SHEET_OF_PAGE,
+        session=Session(name=caller.name, role=caller.role, owner_id=caller.owner_id).model_dump_json(),
         packages=(name for package, name in VENDORED.items() if package not in ON_DEMAND),
     )
 

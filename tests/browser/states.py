@@ -43,7 +43,6 @@ class Visit:
     def done(self) -> str:
         """Return the id of a finished job."""
         if "done" not in self.jobs:
-            self.farm.studio.let(1000)
             self.jobs["done"] = self.farm.submit(title="A pond")
             self._ends("done")
         return self.jobs["done"]
@@ -110,9 +109,34 @@ def _job_removed(visit: Visit) -> None:
     visit.go("#/jobs/20260101-000000-aaaa")
 
 
-def _keys(visit: Visit) -> None:
-    visit.go("#/keys")
-    visit.page.get_by_role("heading", name="Keys").first.wait_for()
+def _at(fragment: str, heading: str) -> Callable[[Visit], None]:
+    """Return how to go to a page with a heading."""
+
+    def go(visit: Visit) -> None:
+        visit.go(fragment)
+        visit.page.get_by_role("heading", name=heading).first.wait_for()
+
+    return go
+
+
+def _looking(query: str) -> Callable[[Visit], None]:
+    """Return how to open the viewer of the finished job in a state."""
+
+    def go(visit: Visit) -> None:
+        visit.go(f"#/jobs/{visit.done()}?{query}")
+        visit.page.get_by_role("heading", name="A pond").first.wait_for()
+
+    return go
+
+
+def _nothing_found(visit: Visit) -> None:
+    visit.go("#/?search=nothing-like-this")
+    visit.page.get_by_role("heading", name="Jobs").wait_for()
+
+
+def _compare(visit: Visit) -> None:
+    visit.go(f"#/compare/{visit.done()}/{visit.failed()}")
+    visit.page.get_by_role("heading").first.wait_for()
 
 
 def _job_running(visit: Visit) -> None:
@@ -135,9 +159,20 @@ STATES: Mapping[str, Callable[[Visit], None]] = MappingProxyType(
         "no-jobs": _no_jobs,
         "new-job": _new_job,
         "job-done": _job_done,
+        "focus": _looking("look=focus"),
+        "depth-map": _looking("look=look&map=1"),
+        "stereo": _looking("look=look&eyes=side_by_side"),
+        "observer": _looking("look=observer"),
+        "sheet": _looking("look=sheet"),
         "job-failed": _job_failed,
+        "compare": _compare,
+        "nothing-found": _nothing_found,
         "job-removed": _job_removed,
-        "keys": _keys,
+        "wrong-address": _at("#/nothing", "There is no such page"),
+        "farm": _at("#/farm", "Farm"),
+        "account": _at("#/account", "Your account"),
+        "keys": _at("#/keys", "Keys"),
+        "audit-log": _at("#/audit", "Audit log"),
         "job-running": _job_running,
         "job-running-viewer": _as_viewer,
     }

@@ -21,7 +21,7 @@ def test_list_job_and_form_are_shown_one_at_a_time_and_none_is_wider_than_the_sc
     farm.submit(title="A title that is a good deal longer than a telephone is wide, and then goes on")
     page.set_viewport_size({"width": 360, "height": 740})
     log_in()
-    row, main = page.locator(".jobs .row"), page.get_by_role("main")
+    row, main = page.locator(".jobs .row"), page.locator("#main")
     expect(main).to_be_hidden()
     assert page.evaluate(TOO_WIDE_PX) <= 0
     row.click()

@@ -24,8 +24,14 @@ MOST_SHIFT = 0.02
 TOO_WIDE_PX = "document.documentElement.scrollWidth - window.innerWidth"
 SHIFTS = """() => {
   window.shifts = [];
-  new PerformanceObserver((list) => window.shifts.push(...list.getEntries().filter((entry) => !entry.hadRecentInput)))
-    .observe({ type: "layout-shift", buffered: true });
+  const place = ({ x, y, width, height }) => `${x},${y} ${width}x${height}`;
+  const name = (node) => node?.outerHTML?.slice(0, 60) ?? node?.parentElement?.outerHTML?.slice(0, 60) ?? "?";
+  const moved = ({ node, previousRect: from, currentRect: to }) => `${name(node)}: ${place(from)} to ${place(to)}`;
+  new PerformanceObserver((list) => {
+    for (const { value, hadRecentInput, sources } of list.getEntries()) {
+      if (!hadRecentInput) window.shifts.push({ value, moved: sources.map(moved) });
+    }
+  }).observe({ type: "layout-shift", buffered: true });
 }"""
 
 
@@ -56,6 +62,7 @@ def test_every_state_is_accessible_fits_the_screen_and_does_not_jump(
         found[name] = [*_findings(page, axe), *_layout(page)]
         page.screenshot(path=pictures / f"{name}-{screen.name}.png")
     context.close()
+    print(json.dumps(found, indent=1))
     assert {name: faults for name, faults in found.items() if faults} == {}
     assert [text for text in watch.complaints if "404" not in text] == []
     assert watch.strangers == []
@@ -76,7 +83,9 @@ def _layout(page: Page) -> list[str]:
     found = []
     if (too_wide := page.evaluate(TOO_WIDE_PX)) > 0:
         found.append(f"{too_wide} px wider than the screen")
-    shift = page.evaluate("() => window.shifts.reduce((sum, entry) => sum + entry.value, 0)")
-    if shift > MOST_SHIFT:
-        found.append(f"jumps by {shift:.3f}")
+    shifts: list[dict[str, Any]] = page.evaluate("() => window.shifts")
+    total = sum(shift["value"] for shift in shifts)
+    if total > MOST_SHIFT:
+        heaviest = max(shifts, key=lambda shift: float(shift["value"]))
+        found.append(f"jumps by {total:.3f}, most by {'; '.join(heaviest['moved'])}")
     return found

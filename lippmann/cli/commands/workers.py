@@ -11,7 +11,7 @@ from lippmann.client.connection import Connection
 from lippmann.terminal.output import Output
 
 app = typer.Typer(
-    help="List the workers that are online, drain, exclude and forgive them.",
+    help="List, drain, exclude and forgive the workers online.",
     invoke_without_command=True,
 )
 
@@ -21,7 +21,7 @@ Name = Annotated[str, typer.Argument(help="The name of the worker, as `lippmann 
 @app.callback()
 @with_context
 def list_workers(context: typer.Context, output: Output, connection: Connection) -> None:
-    """List the workers that are online, drain, exclude and forgive them."""
+    """List, drain, exclude and forgive the workers online."""
     import time
 
     from lippmann.cli.text.farm import worker_table, workers_data

@@ -15,7 +15,7 @@ import { Account } from "./account/account.js";
 import { Audit } from "./account/audit.js";
 import { Keys } from "./account/keys.js";
 import { start } from "./state/live.js";
-import { getState, useKnown } from "./state/store.js";
+import { change, getState, useKnown } from "./state/store.js";
 import { Submit } from "./new-job/submit.js";
 
 const wide = matchMedia("(min-width: 56rem)");
@@ -42,8 +42,8 @@ function App() {
     <a class="skip" href="#main" onClick=${skip}>Skip to the job</a>
     <${Header} here=${here.view} />
     <div class="columns" data-view=${here.view}>
-      <${JobList} open=${here.id} />
-      <main id="main" tabindex="-1">
+      <${JobList} open=${here.id} isMain=${here.view === "list"} />
+      <div id="main" role=${here.view === "list" ? null : "main"} tabindex="-1">
         ${here.view === "new" && html`<${Submit} />`}
         ${here.view === "account" && html`<${Account} />`}
         ${here.view === "keys" && html`<${Keys} />`}
@@ -52,7 +52,7 @@ function App() {
         ${here.view === "job" && html`<${Job} key=${here.id} id=${here.id} />`}
         ${here.view === "compare" && html`<${Compare} key=${here.ids.join()} ids=${here.ids} />`}
         ${here.view === "wrong" && html`<${Wrong} />`}
-      </main>
+      </div>
     </div>
   `;
 }
@@ -72,5 +72,6 @@ function skip(event) {
 }
 
 startScroll();
+change({ session: JSON.parse(document.body.dataset.session) });
 render(html`<${App} />`, document.body);
 start();

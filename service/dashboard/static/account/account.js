@@ -15,14 +15,15 @@ export function Account() {
     document.title = "Your account – Lippmann";
     getUsage().then(setUsage, (error) => setFault(error.message));
   }, []);
-  const groups = usage ? usageGroups(usage.items) : [];
+  const isLoaded = session && usage; // Together, so that nothing moves when the other comes.
+  const groups = isLoaded ? usageGroups(usage.items) : [];
   return html`
     <article class="access">
       <a class="back" href="#/">← All jobs</a>
       <h1>Your account</h1>
       <${Tabs} here="account" />
       ${
-        session &&
+        isLoaded &&
         html`
         <dl class="traits">
           <div><dt>Name</dt><dd>${session.name}</dd></div>
@@ -33,7 +34,7 @@ export function Account() {
       `
       }
       ${fault && html`<p class="fault" role="alert">${fault} Load the page again in a moment.</p>`}
-      ${!usage && !fault && html`<p class="quiet">Loading …</p>`}
+      ${!isLoaded && !fault && html`<p class="quiet">Loading …</p>`}
       ${groups.map(([title, rows]) => html`<${Group} key=${title} title=${title} rows=${rows} />`)}
     </article>
   `;

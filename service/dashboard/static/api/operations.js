@@ -40,7 +40,6 @@ export const getWorkers = () => get("/workers");
 export const getFarm = () => get("/farm");
 export const getFarmHistory = (hours) => get("/farm/history", { hours });
 export const getFarmOwners = () => get("/farm/owners");
-export const getSession = () => get("/session");
 export const getKeys = () => get("/keys");
 export const getWorkerKeys = () => get("/worker-keys");
 export const getUsage = () => get("/usage");

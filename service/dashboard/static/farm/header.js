@@ -20,7 +20,8 @@ export function Header({ here }) {
   const canSubmit = useKnown(maySubmit);
   return html`
     <header class="top">
-      <a class="brand" href="#/"><img src=${document.body.dataset.logo} alt="" width="24" height="24" />Lippmann</a>
+      <a class="brand" href="#/"><img src=${document.body.dataset.logo} alt="" width="24" height="24" />
+        <span>Lippmann</span></a>
       <${Health} health=${health} stale=${link === "lost"} />
       ${
         session &&
@@ -62,13 +63,13 @@ function LogOut({ session }) {
 }
 
 function Health({ health, stale }) {
-  if (!health) return html`<div class="health" aria-label="Health of the farm"></div>`;
+  if (!health) return html`<ul class="health" aria-label="Health of the farm" tabindex="0"></ul>`;
   const { workers, slots, sandboxes, broker, store, database, coordinator } = health;
   const known = workers !== null;
   const troubles = (health.faults ?? []).filter((fault) => fault.component === "workers").map((fault) => fault.message);
   const room = store.free_bytes === null ? "store ok" : `${bytes(store.free_bytes)} free`;
   return html`
-    <ul class="health ${stale ? "stale" : ""}" aria-label="Health of the farm">
+    <ul class="health ${stale ? "stale" : ""}" aria-label="Health of the farm" tabindex="0">
       <${Light} ok=${known && workers > 0} title=${known ? confinement(sandboxes) : "The broker does not answer."}
         text=${known ? `${many(workers, "worker")}, ${many(slots, "slot")}` : "workers unknown"} />
       ${sandboxes?.includes("none") && html`<${Light} ok=${false} title=${UNCONFINED} text="no sandbox" />`}

@@ -16,7 +16,7 @@ export function Compare({ ids }) {
   const jobs = useKnown((known) => known.jobs);
   const query = useAddress().query;
   const [faults, setFaults] = useState({});
-  const [frames, setFrames] = useState([]);
+  const [known, setKnown] = useState(null); // the frames that both jobs have; null until they are loaded
   const two = ids.map((id) => jobs[id]);
   const isLoaded = two.every(Boolean);
   const done = two.map((job) => job?.frames_done).join();
@@ -26,9 +26,10 @@ export function Compare({ ids }) {
   }, [ids.join(), isLoaded]);
   useEffect(() => {
     if (!isLoaded) return;
-    const show = ([one, other]) => setFrames(commonFrames(one.runs, other.runs));
-    Promise.all(ids.map(getFrameStatuses)).then(show, () => {});
+    const show = ([one, other]) => setKnown(commonFrames(one.runs, other.runs));
+    Promise.all(ids.map(getFrameStatuses)).then(show, () => setKnown([]));
   }, [ids.join(), isLoaded, done]);
+  const frames = known ?? [];
   const asked = Number(query.get("frame"));
   const at = frames.includes(asked) ? frames.indexOf(asked) : frames.length - 1;
   const place = { x: number(query.get("x")), y: number(query.get("y")) };
@@ -62,8 +63,8 @@ export function Compare({ ids }) {
           ${axis("x", "Eye across")} ${axis("y", "Eye down")}
         </div>`
       }
-      ${isLoaded && !frames.length && html`<p class="quiet">No frame is done in both jobs yet.</p>`}
-      ${isLoaded && html`<${Differences} two=${two} />`}
+      ${known && !frames.length && html`<p class="quiet">No frame is done in both jobs yet.</p>`}
+      ${known && html`<${Differences} two=${two} />`}
     </article>
   `;
 }

@@ -13,7 +13,8 @@ import { between, visibleRows } from "./windowing.js";
 
 const ROW_PX = 78; // as in jobs/list.css
 
-export function JobList({ open }) {
+// `isMain` is true where the list is all that the page shows.
+export function JobList({ open, isMain }) {
   const rows = useRef(null);
   const query = useQuery(rows);
   const list = useKnown((known) => known.list);
@@ -52,8 +53,8 @@ export function JobList({ open }) {
   }
   const isHeld = hold.isHeld && list.isStale;
   return html`
-    <nav class="jobs" aria-label="Jobs">
-      <h2>Jobs ${list.isLoaded && html`<span class="quiet">${number(list.total)}</span>`}</h2>
+    <div class="jobs" role=${isMain ? "main" : "navigation"} aria-label="Jobs">
+      <${isMain ? "h1" : "h2"}>Jobs ${list.isLoaded && html`<span class="quiet">${number(list.total)}</span>`}<//>
       <${Filters} query=${query} />
       ${picked.size > 0 && html`<${Several} picked=${picked} setPicked=${setPicked} />`}
       <p class="changed" role="status">
@@ -63,7 +64,7 @@ export function JobList({ open }) {
       ${list.isLoaded && list.total === 0 && html`<${Empty} query=${query} canSubmit=${canSelect} />`}
       <ol ref=${rows} style=${{ height: `${list.total * ROW_PX}px` }} ...${hold.listeners}>${shown}</ol>
       <p class="unseen" role="status">${list.isLoaded && isFiltered(query) && `${many(list.total, "job")} found`}</p>
-    </nav>
+    </div>
   `;
 }
 

@@ -1,5 +1,5 @@
 // Keeps the state of the page current by one event stream; while the stream is interrupted, by polling.
-import { eventsUrl, getHealth, getJob, getSession } from "../api/operations.js";
+import { eventsUrl, getHealth, getJob } from "../api/operations.js";
 import { hearFrame, renewPages } from "./frame_pages.js";
 import { hearStatus, renewStatuses } from "./frame_statuses.js";
 import { hearOfListed, reloadList, renewSoon } from "./job_list.js";
@@ -74,7 +74,7 @@ function hearProgress(news) {
 // Returns whether the service answered.
 async function refresh() {
   try {
-    await Promise.all([reloadList(), loadHealth(), loadSession()]);
+    await Promise.all([reloadList(), loadHealth()]);
     const frames = getState().frames;
     renewStatuses();
     if (frames) {
@@ -105,10 +105,6 @@ async function renewWaits() {
 
 async function loadHealth() {
   change({ health: await getHealth() });
-}
-
-async function loadSession() {
-  if (!getState().session) change({ session: await getSession() });
 }
 
 function watchHealth() {

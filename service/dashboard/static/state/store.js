@@ -6,7 +6,7 @@ const NOTIFY_MS = 40; // A burst of events redraws the page once.
 let state = {
   link: "starting", // starting | live | polling | lost
   now_ms: Date.now(), // for "3 min ago"; updated twice a minute
-  session: null, // the logged-in user: {name, role, owner_id}
+  session: null, // the logged-in user, {name, role, owner_id}; the page comes with it
   health: null,
   scenes: null,
   jobs: {}, // by id

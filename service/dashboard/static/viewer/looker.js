@@ -183,7 +183,7 @@ function Look({ job, frames }) {
       ${fault && html`<p class="fault" role="alert">${fault}</p>`}
       <p id="look-hint" class="unseen">${kind.hint}</p>
       <${TimeBar} frames=${numbers} index=${index} show=${show} player=${player} isSequence=${job.frames_total > 1} />
-      <div class="bar controls">
+      <div class="bar controls" data-mode=${stand.mode}>
         ${
           asked &&
           html`

@@ -55,6 +55,7 @@ CASES: Sequence[tuple[str, ExitCode]] = (
     ("calibration-sheet --dpi 300 --out {odd}/strips.pdf", ExitCode.DONE),
     ("capture {odd}/broken-scene --out {odd}/captured", ExitCode.BAD_INPUT),
     ("capture --job {odd}/none.json", ExitCode.BAD_INPUT),
+    ("preview {odd}/broken-scene --out {odd}/previewed", ExitCode.BAD_INPUT),
     ("submit {job} {nowhere}", ExitCode.UNREACHABLE),
     ("scenes init {odd}/none.pov", ExitCode.BAD_INPUT),
     ("docs --no-open --out {odd}/pages", ExitCode.DONE),
