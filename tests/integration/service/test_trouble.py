@@ -111,7 +111,7 @@ def test_every_request_is_answered_while_the_broker_is_away(
     service = make_service(redis_url=half_open if broken == "half open" else "redis://127.0.0.1:1/0")
     job_id = _submit(service)
     assert service.status(job_id) == "queued"
-    assert service.client.get("/workers").json() == {"items": [], "known": False}
+    assert service.client.get("/workers").json() == {"items": [], "known": False, "excluded": []}
     for path in (f"/jobs/{job_id}/tasks", f"/jobs/{job_id}/frames", "/jobs", "/scenes"):
         assert service.client.get(path).status_code == 200
     assert service.client.post(f"/jobs/{job_id}/cancel").json()["status"] == "cancelled"
