@@ -79,8 +79,8 @@ def test_an_output_names_the_master_that_is_damaged(tmp_path: Path, damage: Dama
 def test_an_assembly_reports_the_digests_of_everything_that_it_stores(tmp_path: Path) -> None:
     place = job_with_tiles(tmp_path, "square")
     result = assemble_frame(place, assembly({}), NullMonitor())
-    stored = digests(place, "integral", "orthoscopic", "device", "views", "depth", "thumbs")
-    assert len(stored) == 6
+    stored = digests(place, "integral", "orthoscopic", "device", "views", "depth", "channels", "thumbs")
+    assert len(stored) == 7
     assert result.digests == stored
     again = assemble_frame(place, assembly({}), NullMonitor())
     assert again.digests == stored
