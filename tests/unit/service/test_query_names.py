@@ -8,6 +8,8 @@ import pytest
 
 from tests.builders_service import Client, Farm
 
+OF_JOBS = "ascending, count, cursor, limit, offset, owner, search, sort, status"
+
 
 @pytest.fixture
 def api(make_farm: Callable[..., Farm], make_client: Callable[[Farm], Client]) -> Client:
@@ -17,12 +19,12 @@ def api(make_farm: Callable[..., Farm], make_client: Callable[[Farm], Client]) -
 @pytest.mark.parametrize(
     ("query", "problem"),
     [
-        ("jobs?stauts=failed", {"field": "stauts", "expected": "one of the parameters cursor, limit, status"}),
+        ("jobs?stauts=failed", {"field": "stauts", "expected": f"one of the parameters {OF_JOBS}"}),
         ("jobs?limit=2&limit=3", {"field": "limit", "expected": "one value", "got": "2 values"}),
         ("jobs?cursor=", None),
         ("keys?limt=2", {"field": "limt", "got": "an unknown parameter"}),
         ("waiting?tag=a&tag=b&pool=", None),
-        ("waiting?tags=a", {"field": "tags", "expected": "one of the parameters memory_mb, pool, tag"}),
+        ("waiting?tags=a", {"field": "tags", "expected": "one of the parameters engine, memory_mb, pool, tag"}),
     ],
 )
 def test_a_route_takes_its_parameters_each_once(api: Client, query: str, problem: dict[str, str] | None) -> None:
