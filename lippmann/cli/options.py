@@ -51,6 +51,14 @@ Lenses = Annotated[
 ]
 LensCount = Annotated[tuple[int, int] | None, typer.Option("--lens-count", hidden=True, metavar="ROWS COLS")]
 """The old name of `--lenses`, with the rows first."""
+SceneToRender = Annotated[
+    str | None, typer.Argument(metavar="[SCENE]", help="A built-in scene, or a folder or zip with a scene.")
+]
+
+JobFile = Annotated[
+    str | None, typer.Option("--job", metavar="JOB.json", help="A job file, or - to read it from stdin.")
+]
+
 OutputFolder = Annotated[Path, typer.Option(help="The folder to write to.")]
 
 Source = Annotated[

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from lippmann.cli.options import OutputFolder, Overrides
+from lippmann.cli.options import JobFile, OutputFolder, Overrides, SceneToRender
 from lippmann.terminal.output import Output
 
 if TYPE_CHECKING:
@@ -15,13 +15,8 @@ if TYPE_CHECKING:
 
 
 def preview(
-    scene: Annotated[
-        str | None,
-        typer.Argument(metavar="[SCENE]", help="A built-in scene, or a folder or zip with a scene."),
-    ] = None,
-    job_file: Annotated[
-        str | None, typer.Option("--job", metavar="JOB.json", help="A job file, or - to read it from stdin.")
-    ] = None,
+    scene: SceneToRender = None,
+    job_file: JobFile = None,
     frame: Annotated[
         int | None, typer.Option(min=1, max=999_999, help="The frame. The default is the first one of the job.")
     ] = None,

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from lippmann.cli.options import OutputFolder, Overrides, with_context
+from lippmann.cli.options import JobFile, OutputFolder, Overrides, SceneToRender, with_context
 from lippmann.cli.several import act_on_each
 from lippmann.client.connection import Connection
 from lippmann.terminal.output import Output
@@ -106,13 +106,8 @@ def init(
 
 
 def capture(
-    scene: Annotated[
-        str | None,
-        typer.Argument(metavar="[SCENE]", help="A built-in scene, or a folder or zip with a scene."),
-    ] = None,
-    job_file: Annotated[
-        str | None, typer.Option("--job", metavar="JOB.json", help="A job file, or - to read it from stdin.")
-    ] = None,
+    scene: SceneToRender = None,
+    job_file: JobFile = None,
     frame: Annotated[int, typer.Option(min=1, max=999_999, help="The frame to render.")] = 1,
     out: OutputFolder = Path("out"),
     overrides: Overrides = None,
