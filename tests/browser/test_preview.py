@@ -6,7 +6,7 @@ from base64 import b64encode
 from collections.abc import Callable
 from pathlib import Path
 
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Page, Route, expect
 
 from lippmann.job.messages.previews import PreviewAnswer, PreviewOrder
 from tests.broker import Broker
@@ -18,6 +18,15 @@ from tests.waiting import until
 from worker.images.write import write_png
 
 MIDDLE = "canvas => [...canvas.getContext('2d').getImageData(canvas.width / 2, canvas.height / 2, 1, 1).data]"
+
+
+def _without_a_poster(route: Route) -> None:
+    """Answer with the scenes, as if the target of points had no poster."""
+    answer = route.fetch()
+    page = answer.json()
+    for scene in page["items"]:
+        scene["poster"] = None if scene["title"] == "Point target" else scene["poster"]
+    route.fulfill(response=answer, json=page)
 
 
 def test_the_first_frame_is_shown_at_once_and_again_after_every_move_of_a_slider(
@@ -36,6 +45,7 @@ def test_the_first_frame_is_shown_at_once_and_again_after_every_move_of_a_slider
     offers = presence("w2").model_copy(update={"previews": True})
     put_presence(broker.client, offers, seals, ex=60)
     with Answering(broker.url, answer, seals, name="w2"):
+        page.route("**/api/v1/scenes?*", _without_a_poster)
         log_in()
         preview = page.get_by_role("region", name="Preview")
         picture = preview.get_by_role("img", name="View in the middle")

@@ -28,11 +28,13 @@ from tests.needs import needs_povray
 pytestmark = needs_povray
 
 CONTRACT: dict[str, Any] = json.loads(FILE.read_text(encoding="utf-8"))
-RIG = {"px_per_lens": 2, "lens_array": {"count": [4, 4]}}
+RIG = {"px_per_lens": 4, "lens_array": {"count": [4, 4]}}
 SMALL = {"scene": "target-white", "rig": RIG, "outputs": ["view_grid.png"]}
 NOT_NEEDED = {
     "GET /api/v1/links/{job_id}/{name}": "whoever has the URL opens it without a key",
     "GET /api/v1/scenes/{name}/poster.png": "a picture for the lists of the dashboard",
+    "GET /api/v1/jobs/{job_id}/frames/statuses": "what the dashboard draws; GET .../frames says the same in pages",
+    "GET /api/v1/jobs/{job_id}/attempts": "what the dashboard draws; GET .../tasks has the attempts",
     "GET /api/v1/jobs/{job_id}/events": "GET /api/v1/events gives the same for one job",
     "GET /api/v1/schemas/{name}": "`JobSpec.model_json_schema()` gives the same",
     "GET /api/v1/waiting": "autoscalers read it",

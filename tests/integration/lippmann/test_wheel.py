@@ -154,7 +154,7 @@ def test_without_povray_a_farm_shows_integral_images_that_exist(installed: Insta
         assert ended(client, job.id).status == "done"
         client.download_picture(job.id, 1, "view", installed.folder / "view.png", u=1, v=1)
         with httpx.Client(follow_redirects=True) as browser:
-            assert "app.js" in browser.get(link).text, "the dashboard"
+            assert "page.js" in browser.get(link).text, "the dashboard"
             assert "The HTTP API" in browser.get(f"{client.address.url}/docs").text
 
 
