@@ -120,4 +120,6 @@ test("the pictures of a frame that is not listed are named like those of another
   const grid = { numbers: Int32Array.from([1, 2, 9]), statuses: Uint8Array.from([2, 0, 2]) };
   assert.deepEqual(numbersOf([item], grid, 2), [1, 9]);
   assert.deepEqual(numbersOf([item], null, 2), [6]);
+  // Statuses that were asked for before the frame was done.
+  assert.deepEqual(numbersOf([{ ...item, frame: 2 }], { ...grid, statuses: new Uint8Array(3) }, 2), [2]);
 });

@@ -22,13 +22,17 @@ export function start() {
 }
 
 function connect() {
-  stream = new EventSource(eventsUrl);
-  stream.addEventListener("open", async () => {
+  const opened = new EventSource(eventsUrl);
+  stream = opened;
+  opened.addEventListener("open", async () => {
     // Load the changes that happened before the stream was open.
-    if (await refresh()) change({ link: "live" });
+    const isAnswered = await refresh();
+    if (stream !== opened) return; // It broke off meanwhile.
+    if (!isAnswered) return reconnect();
+    change({ link: "live" });
     wait_ms = FIRST_WAIT_MS;
   });
-  stream.addEventListener("error", reconnect);
+  opened.addEventListener("error", () => stream === opened && reconnect());
   listen("job", hearJob);
   listen("progress", hearProgress);
   listen("frame", hearFrame);
@@ -42,6 +46,7 @@ function listen(kind, hear) {
 
 function reconnect() {
   stream.close();
+  stream = null;
   setTimeout(async () => {
     change({ link: (await refresh()) ? "polling" : "lost" });
     connect();

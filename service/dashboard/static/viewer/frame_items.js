@@ -14,8 +14,11 @@ export function itemLike(item, frame) {
   return { ...item, ...pictures, frame };
 }
 
-// The numbers of the frames that are done: those of the loaded pages, or all if their statuses are known.
+// The numbers of the frames that are done: those of the loaded pages, and with the statuses of all frames the others.
+// Either may be older than the other, so a frame is done if one of them says so.
 export function numbersOf(items, grid, done) {
-  if (!grid?.numbers.length) return items.map((item) => item.frame);
-  return Array.from(grid.numbers).filter((_, at) => grid.statuses[at] === done);
+  const loaded = items.map((item) => item.frame);
+  if (!grid?.numbers.length) return loaded;
+  const known = new Set(loaded);
+  return Array.from(grid.numbers).filter((number, at) => grid.statuses[at] === done || known.has(number));
 }
