@@ -288,8 +288,7 @@ def test_health_tells_an_admin_how_many_messages_were_refused(
 
     def is_told() -> bool:
         dropped = service.client.get("/health").json()["dropped"]
-        if not dropped["events"]:  # A service that begins to listen at this moment has not seen the one before.
-            broker.client.xadd(wire.EVENTS_STREAM, {"other": "nonsense"})
+        # A new broker is read from its beginning, so a service that has read the event already counts it twice.
         return (dropped["events"] > 0, dropped["presences"] > 0, dropped["orders"]) == (True, True, 4)
 
     until(is_told)
