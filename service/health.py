@@ -58,7 +58,7 @@ class Monitor(Protocol):
 
 @dataclass(frozen=True)
 class Marks:
-    """What the database says about workers."""
+    """The workers as the database knows them."""
 
     running: Mapping[str, int] = field(default_factory=dict)
     """The number of tasks of open jobs that each of them runs."""

@@ -43,7 +43,7 @@ class Shot:
     scheme: Literal["light", "dark"] = "light"
     size: tuple[int, int] = (1366, 900)
     click: tuple[float, float] | None = None
-    """Where to click in the picture of the viewer, as parts of it."""
+    """The place to click in the picture of the viewer, as parts of it."""
 
 
 SHOTS: Sequence[Shot] = (

@@ -116,6 +116,6 @@ class OwnerWork(Answer):
 
 
 class OwnerWorkList(Answer):
-    """What owners use, the most CPU time first, at most 1000. Removed jobs are not counted."""
+    """The use of the farm by owner, the most CPU time first, at most 1000 owners. Removed jobs are not counted."""
 
     items: tuple[OwnerWork, ...]

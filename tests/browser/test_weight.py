@@ -1,4 +1,4 @@
-"""What the page asks for before it shows anything, and how much that weighs."""
+"""The requests of the page before it shows anything, and their weight."""
 
 from __future__ import annotations
 

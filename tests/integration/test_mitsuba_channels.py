@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -25,13 +25,11 @@ from lippmann.optics.rig.pixel_rays import pixel_rays
 from lippmann.optics.rig.to_scene import rig_axes, rig_to_scene
 from lippmann.plan import artifact_names as names
 from lippmann.plan.sampling import display_size, frame_size
-from tests.builders import local_place, order_of, small_job, stored_picture, tiles_of
+from tests.builders import order_of, small_job, stored_picture, tiles_of
 from tests.builders_coded import read_pfm
-from tests.needs import missing
-from worker.engines.choose import ENGINES
+from tests.mitsuba_place import lend_mitsuba_place
 from worker.engines.engine import Rendered, Room, Wanted
 from worker.engines.mitsuba.engine import MitsubaEngine
-from worker.engines.mitsuba.version import Missing, mitsuba_version
 from worker.images.read import read_attributes, read_channels, read_rgb
 from worker.sandbox.bundle import pack_folder
 from worker.tasks.assemble import assemble_frame
@@ -73,14 +71,7 @@ per_frame = 0.5
 """
 
 
-@pytest.fixture(scope="module")
-def place(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Workplace]:
-    """Lend a worker's place; the program of Mitsuba ends with the module."""
-    found = mitsuba_version()
-    if isinstance(found, Missing):
-        missing(f"needs Mitsuba: {found.reason}")
-    yield local_place(tmp_path_factory.mktemp("farm"))
-    ENGINES["mitsuba"].end()
+place = pytest.fixture(scope="module")(lend_mitsuba_place)
 
 
 @pytest.fixture(scope="module")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -14,12 +13,11 @@ from lippmann.job.messages.orders import TaskKind
 from lippmann.job.resolved import StoredPlan
 from lippmann.lightfield.depth.depth_map import CHANNELS
 from lippmann.plan import artifact_names as names
-from tests.builders import builtin_bundle, local_place, order_of, small_job, stored_picture, tiles_of
-from tests.needs import missing
-from worker.engines.choose import ENGINES
+from tests.builders import builtin_bundle, order_of, small_job, stored_picture, tiles_of
+from tests.mitsuba_place import lend_mitsuba_place
 from worker.engines.mitsuba import engine
 from worker.engines.mitsuba.engine import MitsubaEngine
-from worker.engines.mitsuba.version import Missing, mitsuba_version
+from worker.engines.mitsuba.version import Missing
 from worker.images.read import read_channels
 from worker.sandbox.bundle import pack_folder
 from worker.tasks.assemble import assemble_frame
@@ -33,14 +31,7 @@ SIZE = (12, 10)
 """The numbers of lenses, (rows, cols)."""
 
 
-@pytest.fixture(scope="module")
-def place(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Workplace]:
-    """Lend a worker's place; the program of Mitsuba ends with the module."""
-    found = mitsuba_version()
-    if isinstance(found, Missing):
-        missing(f"needs Mitsuba: {found.reason}")
-    yield local_place(tmp_path_factory.mktemp("farm"))
-    ENGINES["mitsuba"].end()
+place = pytest.fixture(scope="module")(lend_mitsuba_place)
 
 
 def framed(place: Workplace, *, tiles: tuple[int, int]) -> NDArray[np.float16]:

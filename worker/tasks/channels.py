@@ -1,4 +1,4 @@
-"""What a tile has besides its colours: depth and other channels, rendered with them or before them, and its files."""
+"""The files of a tile besides its colours: depth and other channels, rendered with the colours or before them."""
 
 from __future__ import annotations
 

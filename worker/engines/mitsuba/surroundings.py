@@ -1,4 +1,4 @@
-"""What a program of Mitsuba finds around it in the sandbox: its environment, the folders that it reads, and devices."""
+"""The surroundings of a program of Mitsuba in the sandbox: its environment, the folders that it reads, and devices."""
 
 from __future__ import annotations
 

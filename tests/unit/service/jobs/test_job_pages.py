@@ -56,7 +56,7 @@ ORDERS = {
 
 
 LONGEST_FIRST = [1, 3, 4, 2, 0]
-"""By the time left, jobs without an estimate come last in both directions."""
+"""Jobs without an estimate come last by the time left, in both directions."""
 
 
 def test_jobs_are_sorted_in_both_directions_and_pages_lead_through_all_of_them_once(

@@ -1,4 +1,4 @@
-"""What passes along shadow rays: they go straight through clear surfaces, tinted by them, and through open masks.
+"""The light along shadow rays, which go straight through clear surfaces, tinted by them, and through open masks.
 
 As in POV-Ray, a shadow ray is not bent: glass casts a bright shadow in its own colour and no caustic. At each clear
 surface it keeps what Fresnel's equations let pass from the outer side at its angle, so that a pane of glass passes the

@@ -103,7 +103,7 @@ def test_the_hit_itself_lies_where_the_exact_trace_says(mi: Any, make_request: A
 
 
 def test_only_diffuse_surfaces_have_an_albedo_and_it_is_at_most_one(mi: Any, make_request: Any) -> None:
-    """Of what is not diffuse, Mitsuba's own estimate is the height of the highlight, 100 at this roughness."""
+    """Mitsuba's own estimate of what is not diffuse is the height of the highlight, 100 at this roughness."""
     colour = {"type": "rgb", "value": [0.2, 0.4, 0.6]}
     surfaces: dict[str, tuple[dict[str, Any], Any]] = {
         "roughconductor": ({"alpha": 0.05}, 0.0), "dielectric": ({}, 0.0),
