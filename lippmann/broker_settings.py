@@ -11,9 +11,9 @@ from typing import Any
 from pydantic import field_validator
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
+from lippmann.job.fields.old_names import rename_settings
 from lippmann.job.messages import wire
 from lippmann.job.messages.seals import Seals
-from lippmann.job.old_names import rename_settings
 from lippmann.key_file import ORDER_KEY_FILE, KeyFile, read_secret
 from lippmann.logs import LogFormat
 

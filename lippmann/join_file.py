@@ -22,7 +22,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationErr
 from lippmann.broker_settings import ENDPOINT_URL, STORE_URL
 from lippmann.errors import BadInput
 from lippmann.job.messages.worker_keys import KEY_ID
-from lippmann.job.workers import MAX_TAGS, Pool, Tag
+from lippmann.job.rendering.workers import MAX_TAGS, Pool, Tag
 from lippmann.key_file import KEY_BYTES, MAX_KEYS, private_bytes
 
 MAX_JOIN_BYTES = 1_000_000

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence, Set
 
 from lippmann.job.messages.events import Presence
-from lippmann.job.workers import JobRequirement
+from lippmann.job.rendering.workers import JobRequirement
 
 SILENT_S = 20.0
 """The time without an answered poll after which a worker does not take orders, by its own account."""

@@ -13,8 +13,8 @@ from typing import Any, Literal, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from lippmann.job.scene import SceneManifest
-from lippmann.job.viewing import Filter
+from lippmann.job.optics.viewing import Filter
+from lippmann.job.scenes.scene import SceneManifest
 from lippmann.plan.artifact_store import ArtifactStore
 
 

@@ -10,7 +10,7 @@ from sqlalchemy import delete, or_, select
 from sqlalchemy.orm import Session
 
 from lippmann.errors import FieldProblem
-from lippmann.job.scene import SceneManifest
+from lippmann.job.scenes.scene import SceneManifest
 from lippmann.plan import artifact_names as names
 from service.audit import record
 from service.auth import Caller

@@ -17,17 +17,17 @@ from lippmann.plan import artifact_names as names
 from lippmann.plan.sampling import Tile, cut_tiles, frame_size
 from povtemplates.catalogue import scene_folders
 from worker.engines.povray.engine import RenderedPicture, render_picture
-from worker.engines.povray.pixels import read_codes
+from worker.engines.povray.pictures.pixels import read_codes
 from worker.images.read import read_rgb
 from worker.sandbox.bundle import pack_folder
 from worker.sandbox.log import AttemptLog
 from worker.settings import WorkerSettings
-from worker.tasks.artifacts import TaskArtifacts
+from worker.tasks.attempts.artifacts import TaskArtifacts
+from worker.tasks.attempts.monitor import NullMonitor
+from worker.tasks.attempts.workplace import Workplace, workplace
+from worker.tasks.frames.picture import room_for
+from worker.tasks.frames.render import wanted_region
 from worker.tasks.local import JOB_ID, local_job, store_plan
-from worker.tasks.monitor import NullMonitor
-from worker.tasks.picture import room_for
-from worker.tasks.render import wanted_region
-from worker.tasks.workplace import Workplace, workplace
 
 
 def small_job(scene: str, *, count: tuple[int, int] = (30, 30), px_per_lens: int = 8, **more: Any) -> JobSpec:

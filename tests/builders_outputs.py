@@ -21,12 +21,12 @@ from lippmann.plan import artifact_names as names
 from lippmann.plan.sampling import display_size
 from tests.builders import artifacts_of, local_place, order_of, small_job, stored_job, stored_picture
 from worker.images.write import write_exr
-from worker.tasks.artifacts import TaskArtifacts
+from worker.tasks.attempts.artifacts import TaskArtifacts
+from worker.tasks.attempts.monitor import NullMonitor, ProgressMonitor
+from worker.tasks.attempts.workplace import Workplace
 from worker.tasks.encode import encode_output
+from worker.tasks.frames.render import header
 from worker.tasks.local import JOB_ID
-from worker.tasks.monitor import NullMonitor, ProgressMonitor
-from worker.tasks.render import header
-from worker.tasks.workplace import Workplace
 
 
 @dataclass(frozen=True)

@@ -21,8 +21,8 @@ from lippmann.digest import Digest, digest_of
 from lippmann.errors import ArtifactMissing, BundleError, StoreFull, StoreUnavailable
 from lippmann.job.messages.events import Event, EventKind, Failure, Presence, ProbeResult
 from lippmann.job.messages.orders import Order, TaskKind
-from lippmann.job.scene import SceneManifest
-from lippmann.job.stage import Stage
+from lippmann.job.scenes.scene import SceneManifest
+from lippmann.job.scenes.stage import Stage
 from lippmann.plan.artifact_store import ArtifactInfo
 from service.api.waits import Outlook
 from service.auth import Caller

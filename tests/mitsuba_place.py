@@ -10,7 +10,7 @@ from tests.builders import local_place
 from tests.needs import missing
 from worker.engines.choose import ENGINES
 from worker.engines.mitsuba.version import Missing, mitsuba_version
-from worker.tasks.workplace import Workplace
+from worker.tasks.attempts.workplace import Workplace
 
 
 def lend_mitsuba_place(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Workplace]:

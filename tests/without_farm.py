@@ -12,9 +12,9 @@ from lippmann.job.spec import JobSpec
 from lippmann.plan import artifact_names as names
 from tests.builders import local_place, order_of, stored_job, stored_picture, tiles_of
 from worker.engines.choose import ENGINES
-from worker.tasks.assemble import assemble_frame
-from worker.tasks.monitor import NullMonitor
-from worker.tasks.render import render_tile
+from worker.tasks.attempts.monitor import NullMonitor
+from worker.tasks.frames.assemble import assemble_frame
+from worker.tasks.frames.render import render_tile
 
 
 def masters_without_farm(folder: Path, spec: JobSpec) -> dict[int, NDArray[np.float16]]:

@@ -17,7 +17,7 @@ from pydantic import ValidationError
 from lippmann.job.messages import wire
 from lippmann.job.messages.events import Closed, Directions, Presence
 from lippmann.job.messages.protocol import PROTOCOL
-from lippmann.job.workers import JobRequirement
+from lippmann.job.rendering.workers import JobRequirement
 from worker.hours import Hours
 
 log = structlog.get_logger()

@@ -17,8 +17,8 @@ from lippmann.broker_settings import BrokerSettings
 from lippmann.errors import BadInput
 from lippmann.job.messages.seals import Seals
 from lippmann.job.messages.worker_keys import KEY_ID, WorkerKey
-from lippmann.job.rig import MAX_FRAME_PX
-from lippmann.job.workers import LABEL, MAX_TAGS, Tag
+from lippmann.job.optics.rig import MAX_FRAME_PX
+from lippmann.job.rendering.workers import LABEL, MAX_TAGS, Tag
 from lippmann.key_file import read_secret
 from lippmann.plan.artifact_store import RESERVE_MB
 from worker.hours import Hours, parse_hours

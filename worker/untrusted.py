@@ -1,6 +1,6 @@
 """Pictures of other programs as linear light: read by content, bounded by their header, decoded inside the sandbox.
 
-`worker.images.header` names the format and the size, and refuses every other format, and what is too
+`worker.images.foreign.header` names the format and the size, and refuses every other format, and what is too
 large. A child in the sandbox decodes the picture with the one reader for its content, and leaves raw numbers. What it
 leaves is read without following links, and only as many bytes as the header allows.
 """
@@ -23,17 +23,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lippmann.errors import ArtifactBroken, LippmannError, RenderCrashed, RenderFailed, SandboxMissing, Stopped
-from lippmann.job.rig import MAX_FRAME_PX
-from worker.images import decoder
+from lippmann.job.optics.rig import MAX_FRAME_PX
+from worker.images.bands.rows import bands_of_rows
+from worker.images.bands.scratch import ScratchRows, scratch_rows
 from worker.images.colour import srgb_codes
-from worker.images.colour_space import colour_space, light_of_codes, linear_space
 from worker.images.convert import MASTER
-from worker.images.header import read_header
+from worker.images.foreign import decoder
+from worker.images.foreign.colour_space import colour_space, light_of_codes, linear_space
+from worker.images.foreign.header import read_header
+from worker.images.foreign.upright import upright
 from worker.images.headers.picture import PictureHeader
 from worker.images.read import Light
-from worker.images.rows import bands_of_rows
-from worker.images.scratch import ScratchRows, scratch_rows
-from worker.images.upright import upright
 from worker.sandbox.detect import detect
 from worker.sandbox.ending import Ending
 from worker.sandbox.limits import Limits, TimeLimit, TimeLimits

@@ -24,37 +24,25 @@ from typing import Annotated, Any
 
 import typer
 
-from lippmann.cli.commands import (
-    backup,
+from lippmann.cli.commands import design, docs, lens, paper, preview
+from lippmann.cli.commands.client import files, job_actions, jobs, scenes
+from lippmann.cli.commands.farms import backup, doctor, farm, keys, top, workers
+from lippmann.cli.commands.images import (
     coding_study,
     compare,
     depth,
-    design,
-    docs,
-    doctor,
     export,
-    farm,
-    files,
     import_sheets,
-    job_actions,
-    jobs,
-    keys,
-    lens,
     observe,
     orthoscopic,
-    paper,
-    preview,
-    scenes,
-    top,
     views,
-    workers,
 )
 from lippmann.cli.exit_codes import ExitCode, exit_code_of
 from lippmann.cli.options import with_context
 from lippmann.cli.plain_help import PlainGroup, use_plain_help
 from lippmann.cli.usage_errors import usage_error_text
 from lippmann.errors import InputNote, LippmannError
-from lippmann.job.old_names import rename_settings
+from lippmann.job.fields.old_names import rename_settings
 from lippmann.terminal.output import print_any_path, shown
 
 app = typer.Typer(

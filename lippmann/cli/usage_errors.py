@@ -24,7 +24,7 @@ def _problem(error: Any) -> str | None:
         return None
     from pydantic import ValidationError
 
-    from lippmann.job.problem_words import expected_words, got_words
+    from lippmann.job.fields.problem_words import expected_words, got_words
 
     if error.param is None or not isinstance(error.__cause__, ValidationError):
         return None

@@ -22,7 +22,7 @@ from lippmann.client.errors import Refused
 from lippmann.client.fetch_record import MASTERS_ONLY, OUTPUTS, PICTURES, Fetched, FetchRecord, record_of
 from lippmann.client.missing import Missing, find_missing, read_state, write_missing
 from lippmann.errors import ArtifactBroken, ArtifactMissing, BadInput
-from lippmann.job.frames import format_frames, parse_frames
+from lippmann.job.animation.frames import format_frames, parse_frames
 from lippmann.job.spec import JobSpec
 from lippmann.plan.makers import maker_of
 from lippmann.terminal.progress import ProgressLine, size_text

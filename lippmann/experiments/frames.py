@@ -26,12 +26,12 @@ from lippmann.plan.sampling import Tile, cut_tiles, display_size, frame_size
 from povtemplates.catalogue import scene_folders
 from worker.images.read import read_rgb
 from worker.sandbox.bundle import pack_folder
-from worker.tasks.assemble import assemble_frame
+from worker.tasks.attempts.monitor import NullMonitor
+from worker.tasks.attempts.workplace import Workplace, workplace
 from worker.tasks.encode import encode_output
+from worker.tasks.frames.assemble import assemble_frame
+from worker.tasks.frames.render import render_tile
 from worker.tasks.local import JOB_ID, local_job, store_plan
-from worker.tasks.monitor import NullMonitor
-from worker.tasks.render import render_tile
-from worker.tasks.workplace import Workplace, workplace
 
 Light = NDArray[np.float16]
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lippmann.errors import OpticsError
-from lippmann.job.stage import Stage
+from lippmann.job.scenes.stage import Stage
 from lippmann.lightfield.views.views import centre
 from lippmann.optics.rig.bench import Bench, object_rays, pixel_centres_mm
 from lippmann.plan.sampling import display_size

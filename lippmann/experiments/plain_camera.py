@@ -8,9 +8,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from lippmann.experiments.frames import LocalJob
-from lippmann.job.render_settings import Antialias
-from lippmann.job.scene import SCENE_FILE, parse_scene
-from lippmann.job.stage import Stage
+from lippmann.job.rendering.render_settings import Antialias
+from lippmann.job.scenes.scene import SCENE_FILE, parse_scene
+from lippmann.job.scenes.stage import Stage
 from lippmann.optics.lens.prescription import ImagingLens
 from lippmann.optics.lens.surfaces import Surface
 from lippmann.untrusted.toml_text import read_toml
@@ -20,7 +20,7 @@ from worker.engines.povray.command import SUFFIXES, SYSTEM_INCLUDE, PictureForma
 from worker.engines.povray.render import render
 from worker.sandbox.limits import Limits
 from worker.sandbox.log import AttemptLog
-from worker.tasks.picture import time_limits
+from worker.tasks.frames.picture import time_limits
 
 TRACE_LEVEL = 24
 """The recursion limit of a capture: 6 surfaces of the imaging lens, and the reflections of the scene."""

@@ -14,7 +14,7 @@ from typing import Any
 from lippmann.experiments.machine import this_machine
 from lippmann.experiments.request import CameraModel, FigureRequest, FigureResult
 from lippmann.local.files.writable import check_writable
-from lippmann.local.plot import check_plots
+from lippmann.local.studies.plot import check_plots
 from lippmann.terminal.progress import ProgressLine
 from worker.engines.povray.version import check_povray
 from worker.settings import WorkerSettings

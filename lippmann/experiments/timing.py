@@ -10,9 +10,9 @@ from lippmann.experiments.frames import LocalJob
 from lippmann.plan.sampling import Tile, frame_size
 from worker.engines.povray.engine import render_picture
 from worker.sandbox.log import AttemptLog
-from worker.tasks.monitor import NullMonitor
-from worker.tasks.picture import room_for
-from worker.tasks.render import wanted_region
+from worker.tasks.attempts.monitor import NullMonitor
+from worker.tasks.frames.picture import room_for
+from worker.tasks.frames.render import wanted_region
 
 _SAMPLES = re.compile(r"Pixels:\s+(\d+)\s+Samples:\s+(\d+)")
 

@@ -12,7 +12,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from lippmann.job.viewing import Filter
+from lippmann.job.optics.viewing import Filter
 from lippmann.lightfield.depth.depth_map import CHANNELS
 from lippmann.plan.artifact_store import ArtifactStore
 from povtemplates.catalogue import scene_folders

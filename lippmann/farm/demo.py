@@ -10,7 +10,7 @@ from typing import Any
 from lippmann.client import Client
 from lippmann.client.fetch import FetchResult, fetch_job, fetch_text
 from lippmann.client.watch import watch_job
-from lippmann.job.engines import Engine
+from lippmann.job.rendering.engines import Engine
 from lippmann.terminal.output import Output
 from service.schemas.job import Job
 

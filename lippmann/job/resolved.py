@@ -13,15 +13,15 @@ from typing import Self
 from pydantic import BaseModel, ConfigDict
 
 from lippmann.errors import FieldProblem, SpecError
-from lippmann.job.clock import Clock
-from lippmann.job.engines import Engine, engine_of_file, engine_problems
-from lippmann.job.imported_sheets import ImportedSheets
-from lippmann.job.problems import FieldError
-from lippmann.job.scene import SCENE_FILE, SceneManifest
-from lippmann.job.scene_camera import SceneCamera
+from lippmann.job.animation.clock import Clock
+from lippmann.job.fields.problems import FieldError
+from lippmann.job.rendering.engines import Engine, engine_of_file, engine_problems
+from lippmann.job.rendering.workers import JobRequirement
+from lippmann.job.scenes.imported_sheets import ImportedSheets
+from lippmann.job.scenes.scene import SCENE_FILE, SceneManifest
+from lippmann.job.scenes.scene_camera import SceneCamera
+from lippmann.job.scenes.stage import Stage, StageChange, changed_stage
 from lippmann.job.spec import JobSpec, ParameterValue
-from lippmann.job.stage import Stage, StageChange, changed_stage
-from lippmann.job.workers import JobRequirement
 
 
 class _Part(BaseModel):

@@ -20,17 +20,17 @@ from pydantic import (
 )
 
 from lippmann.errors import FieldProblem, SpecError
-from lippmann.job.clock import Clock
-from lippmann.job.frames import FrameList, parse_frames
-from lippmann.job.keyframes import ANIMATED_PARTS, MAX_KEYS, Keyframes, lift, put
-from lippmann.job.model import JobModel
-from lippmann.job.old_names import current_job
+from lippmann.job.animation.clock import Clock
+from lippmann.job.animation.frames import FrameList, parse_frames
+from lippmann.job.animation.keyframes import ANIMATED_PARTS, MAX_KEYS, Keyframes, lift, put
+from lippmann.job.fields.model import JobModel
+from lippmann.job.fields.old_names import current_job
+from lippmann.job.fields.problems import FieldError, problems_of
+from lippmann.job.optics.rig import MAX_FRAME_PX, Rig
 from lippmann.job.outputs.choice import DEFAULT_OUTPUTS, Output, check_names, check_options
-from lippmann.job.problems import FieldError, problems_of
-from lippmann.job.render_settings import Capture, RenderSettings
-from lippmann.job.rig import MAX_FRAME_PX, Rig
-from lippmann.job.stage import StageChange
-from lippmann.job.workers import WorkerRequirement
+from lippmann.job.rendering.render_settings import Capture, RenderSettings
+from lippmann.job.rendering.workers import WorkerRequirement
+from lippmann.job.scenes.stage import StageChange
 from lippmann.untrusted.shown import shown
 
 ParameterValue = bool | int | float | str
@@ -263,7 +263,7 @@ def parse_spec(data: Any) -> JobSpec:
     Warns
     -----
     FutureWarning
-        The job has an old name, one warning for each; see `lippmann.job.old_names`.
+        The job has an old name, one warning for each; see `lippmann.job.fields.old_names`.
     """
     if not isinstance(data, Mapping):
         raise SpecError(f"expected a job as a JSON object, got {shown(data)}")

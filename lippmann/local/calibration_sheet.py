@@ -8,9 +8,9 @@ from typing import Any
 from pydantic import ValidationError
 
 from lippmann.errors import BadInput, FieldProblem
+from lippmann.job.fields.problems import FieldError, problems_of
+from lippmann.job.optics.rig import Rig
 from lippmann.job.outputs.prints import CalibrationSheet
-from lippmann.job.problems import FieldError, problems_of
-from lippmann.job.rig import Rig
 from lippmann.local.files.writable import check_writable
 from worker.tasks.outputs.prints import sheet_files, write_sheet
 

@@ -20,9 +20,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lippmann.errors import BadInput, LayoutError
-from lippmann.job.imported_sheets import SUFFIXES
-from lippmann.job.rig import Rig
-from lippmann.job.viewing import EYES_APART_MM, PUPIL_MM, RAYS, SIZE_PX, Stereo
+from lippmann.job.optics.rig import Rig
+from lippmann.job.optics.viewing import EYES_APART_MM, PUPIL_MM, RAYS, SIZE_PX, Stereo
+from lippmann.job.scenes.imported_sheets import SUFFIXES
 from lippmann.lattice.cell import Lattice
 from lippmann.lattice.layout import CellLayout
 from lippmann.lightfield import image as lightfield

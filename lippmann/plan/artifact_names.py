@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from lippmann.job.channels import stored_channels
 from lippmann.job.messages.orders import TaskKind, TileIndex
 from lippmann.job.outputs.output import OutputOptions
+from lippmann.job.rendering.channels import stored_channels
 from lippmann.job.spec import JobSpec
 
 JOB_FILE = "job.json"

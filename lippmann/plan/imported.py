@@ -8,8 +8,8 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from lippmann.errors import LayoutError
-from lippmann.job.imported_sheets import SheetGeometry
-from lippmann.job.rig import MIN_PX_PER_LENS, LensArray, Rig
+from lippmann.job.optics.rig import MIN_PX_PER_LENS, LensArray, Rig
+from lippmann.job.scenes.imported_sheets import SheetGeometry
 from lippmann.lightfield.calibrate.whole_lenses import (
     BEYOND_PX,
     are_whole,

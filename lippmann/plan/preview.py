@@ -11,9 +11,9 @@ from typing import Any, NamedTuple
 from pydantic import BaseModel, ConfigDict
 
 from lippmann.errors import FieldProblem, SpecError
-from lippmann.job.render_settings import Capture
+from lippmann.job.optics.rig import LensArray, Rig
+from lippmann.job.rendering.render_settings import Capture
 from lippmann.job.resolved import ResolvedJob
-from lippmann.job.rig import LensArray, Rig
 from lippmann.job.spec import JobSpec
 from lippmann.lattice.cell import Lattice
 

@@ -16,7 +16,7 @@ from typing import Any
 from pydantic import BaseModel, ConfigDict
 
 from lippmann.digest import Digest
-from lippmann.job.channels import stored_channels
+from lippmann.job.rendering.channels import stored_channels
 from lippmann.job.resolved import ResolvedJob
 from lippmann.job.spec import JobSpec
 from lippmann.plan import artifact_names as names

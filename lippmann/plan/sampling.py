@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import TypedDict
 
 from lippmann.job.messages.orders import TileIndex
-from lippmann.job.rig import Device, Rig
+from lippmann.job.optics.rig import Device, Rig
 from lippmann.lattice.layout import CellLayout
 from lippmann.lightfield.sheet.orthoscopic import orthoscopic_layout
 

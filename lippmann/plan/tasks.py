@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from lippmann.job.clock import Clock
+from lippmann.job.animation.clock import Clock
 from lippmann.job.messages.events import ProbeResult
 from lippmann.job.messages.orders import TaskKind, TileIndex
 from lippmann.job.resolved import StoredPlan

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from lippmann.job.old_names import current_job
+from lippmann.job.fields.old_names import current_job
 from lippmann.job.resolved import ResolvedJob
 from lippmann.job.spec import parse_spec
 from lippmann.plan.design.designer import design, drawing

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 from sqlalchemy.orm import Session
 
+from lippmann.job.rendering.workers import JobRequirement
 from lippmann.job.states import TaskStatus
-from lippmann.job.workers import JobRequirement
 from lippmann.plan import artifact_names as names
 from service.api.waits import Outlook, job_waits
 from service.claiming import is_able

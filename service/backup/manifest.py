@@ -9,7 +9,7 @@ from typing import Literal
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from lippmann.errors import BadInput
-from lippmann.job.problem_words import first_problem
+from lippmann.job.fields.problem_words import first_problem
 
 MANIFEST = "manifest.json"
 DIGEST = "manifest.json.sha256"

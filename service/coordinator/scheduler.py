@@ -15,8 +15,8 @@ from sqlalchemy.orm import Session
 from lippmann.digest import Digest
 from lippmann.job.messages.events import Presence
 from lippmann.job.messages.orders import Order, TaskKind, requirement_of
+from lippmann.job.rendering.workers import without_engine
 from lippmann.job.states import TaskStatus
-from lippmann.job.workers import without_engine
 from lippmann.plan.cost import threads_of_each
 from service.claiming import counted, declining_workers, fitting, is_able, not_able, rooms
 from service.db import coordinator as coordinator_rows

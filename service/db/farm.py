@@ -7,8 +7,8 @@ from collections.abc import Iterable, Sequence
 from sqlalchemy import bindparam, case, func, literal_column, or_, select
 from sqlalchemy.orm import Session
 
+from lippmann.job.rendering.workers import without_engine
 from lippmann.job.states import HELD_TASKS, JobStatus, TaskStatus
-from lippmann.job.workers import without_engine
 from lippmann.plan.tasks import RENDERS_NOTHING
 from service.db.jobs import OPEN, SCHEDULABLE
 from service.db.tables import Job, OwnerUsage, Task, WebhookDelivery

@@ -9,8 +9,8 @@ from sqlalchemy import ColumnElement, bindparam, func, literal_column, or_, sele
 from sqlalchemy.orm import Session
 
 from lippmann.job.messages.orders import TaskKind, requirement_of
+from lippmann.job.rendering.workers import without_engine
 from lippmann.job.states import HELD_TASKS, JobStatus, PausedBy, TaskStatus
-from lippmann.job.workers import without_engine
 from lippmann.plan.tasks import RENDERS_NOTHING
 from service.db.engine import changed
 from service.db.tables import BackgroundJob, Job, Task

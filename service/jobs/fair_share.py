@@ -11,7 +11,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 
-from lippmann.job.workers import without_engine
+from lippmann.job.rendering.workers import without_engine
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from functools import cached_property
 
 from lippmann.job.messages.events import Closed, Presence
 from lippmann.job.messages.orders import TaskKind, requirement_of
-from lippmann.job.workers import JobRequirement, without_engine
+from lippmann.job.rendering.workers import JobRequirement, without_engine
 from service.claiming import counted, rooms, takes_orders
 from service.db.tables import Job
 from service.jobs.fair_share import Claim, slots_by_owner

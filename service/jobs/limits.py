@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from sqlalchemy.orm import Session
 
 from lippmann.errors import FieldProblem, SpecError
-from lippmann.job.render_settings import RenderSettings
+from lippmann.job.rendering.render_settings import RenderSettings
 from lippmann.job.spec import JobSpec
 from lippmann.plan.sampling import frame_size
 from service.db import jobs as job_rows

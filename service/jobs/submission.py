@@ -9,10 +9,10 @@ from typing import Any
 from sqlalchemy.orm import Session
 
 from lippmann.errors import FieldProblem, SpecError, StoreFull
-from lippmann.job.later_fields import later_defaults
-from lippmann.job.old_names import current_job
+from lippmann.job.fields.later_fields import later_defaults
+from lippmann.job.fields.old_names import current_job
 from lippmann.job.resolved import ResolvedJob
-from lippmann.job.scene import SceneManifest
+from lippmann.job.scenes.scene import SceneManifest
 from lippmann.job.spec import JobSpec, parse_spec
 from lippmann.job.states import JobStatus
 from lippmann.optics.rig.check import check_job

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Collection, Iterable
 
-from lippmann.job.workers import ENGINE_TITLES, JobRequirement
+from lippmann.job.rendering.workers import ENGINE_TITLES, JobRequirement
 from service.db.farm import WantRow
 from service.schemas.farm import WaitingWork
 

@@ -7,8 +7,8 @@ from typing import Annotated
 from fastapi import APIRouter, Cookie, Depends, Header, Query, Request, Response
 from starlette.concurrency import run_in_threadpool
 
-from lippmann.job.engines import Engine
-from lippmann.job.workers import ENGINE_TITLES
+from lippmann.job.rendering.engines import Engine
+from lippmann.job.rendering.workers import ENGINE_TITLES
 from service.db import farm as farm_rows
 from service.dependencies import AppStateDep, get_caller_or_none, identify_caller, require_viewer
 from service.metrics.scrape import MEDIA_TYPE, scrape_text
@@ -18,7 +18,7 @@ from service.routes.middleware import address_of
 from service.schemas.farm import WaitingWork
 
 MOST_MB = 100_000_000
-"""The largest memory of a task, MB, as in `lippmann.job.workers`."""
+"""The largest memory of a task, MB, as in `lippmann.job.rendering.workers`."""
 
 router = APIRouter()
 api = APIRouter(tags=["farm"])

@@ -19,7 +19,7 @@ from starlette.routing import Match
 from starlette.types import Scope
 
 from lippmann.errors import FieldProblem, LippmannError, StoreFull, first_problems
-from lippmann.job.problem_words import expected_words, got_words
+from lippmann.job.fields.problem_words import expected_words, got_words
 from lippmann.logs import trace_of
 from service.errors import (
     ArtifactRepairing,

@@ -9,7 +9,7 @@ from fastapi import APIRouter, Path, Query
 from fastapi.responses import StreamingResponse
 from sqlalchemy.orm import Session
 
-from lippmann.job.frames import MAX_FRAME_NUMBER
+from lippmann.job.animation.frames import MAX_FRAME_NUMBER
 from lippmann.job.messages.orders import TaskKind
 from lippmann.job.states import TaskStatus
 from service.api import listings

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Depends, Header, Path, Query
 from fastapi.responses import Response
 
-from lippmann.job.frames import MAX_FRAME_NUMBER
+from lippmann.job.animation.frames import MAX_FRAME_NUMBER
 from lippmann.plan import artifact_names as names
 from service.api.artifact_files import is_fresh
 from service.dependencies import AppStateDep, JobId, ViewerDep

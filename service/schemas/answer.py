@@ -6,7 +6,7 @@ from datetime import UTC, datetime
 
 from pydantic import BaseModel, ConfigDict
 
-from lippmann.job.json_types import JsonTyped
+from lippmann.job.fields.json_types import JsonTyped
 
 MAX_LIMIT = 500
 """The largest number of items in a page."""

@@ -8,7 +8,7 @@ from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
-from lippmann.job.frames import MAX_FRAME_NUMBER
+from lippmann.job.animation.frames import MAX_FRAME_NUMBER
 from lippmann.job.spec import JobSpec
 from lippmann.job.states import JobAction, JobStatus, PausedBy
 from service.schemas.answer import Answer, RequestBody

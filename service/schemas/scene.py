@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from lippmann.job.clock import Clock
-from lippmann.job.imported_sheets import ImportedSheets
-from lippmann.job.scene import Parameter
-from lippmann.job.stage import Stage
+from lippmann.job.animation.clock import Clock
+from lippmann.job.scenes.imported_sheets import ImportedSheets
+from lippmann.job.scenes.scene import Parameter
+from lippmann.job.scenes.stage import Stage
 from service.schemas.answer import Answer
 
 

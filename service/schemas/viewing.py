@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from lippmann.job.viewing import EYES_APART_MM, PUPIL_MM, Filter, GapUse, Stereo
+from lippmann.job.optics.viewing import EYES_APART_MM, PUPIL_MM, Filter, GapUse, Stereo
 from service.schemas.answer import Answer
 
 Depth = Annotated[float, Field(ge=-1e6, le=1e6)]

@@ -7,7 +7,7 @@ from typing import Literal
 
 from pydantic import Field
 
-from lippmann.job.workers import MAX_TAGS, Pool, Tag
+from lippmann.job.rendering.workers import MAX_TAGS, Pool, Tag
 from lippmann.join_file import JoinFile
 from service.schemas.access import PRINTABLE
 from service.schemas.answer import Answer, RequestBody

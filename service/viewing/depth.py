@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from lippmann.job.stage import Stage
+from lippmann.job.scenes.stage import Stage
 from lippmann.lightfield.depth.plane_sweep import REACH
 from lippmann.lightfield.depth.view_depth import estimated_depth
 from lippmann.lightfield.refocus.autofocus import find_focus, sharpest_depth

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from lippmann.job.scenes.stage import Stage
 from lippmann.job.spec import JobSpec
-from lippmann.job.stage import Stage
 from lippmann.lattice.layout import CellLayout
 from lippmann.lightfield.image import IntegralImage
 from lippmann.plan.sampling import display_size

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from lippmann.job.resolved import ResolvedJob
-from lippmann.job.scene import parse_scene
+from lippmann.job.scenes.scene import parse_scene
 from lippmann.untrusted.toml_text import read_toml
 from povtemplates.catalogue import MANIFEST, SCENES_FOLDER
 from tests.benchmarks.mesh_fish import write_for_povray

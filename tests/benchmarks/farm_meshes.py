@@ -8,7 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from lippmann.job.resolved import ResolvedJob
-from lippmann.job.scene import parse_scene
+from lippmann.job.scenes.scene import parse_scene
 from lippmann.job.spec import parse_spec
 from lippmann.untrusted.toml_text import read_toml
 from povtemplates.catalogue import MANIFEST

@@ -14,9 +14,9 @@ from tests.builders import local_place, order_of, small_job, stored_job, tiles_o
 from worker.images.write import write_exr
 from lippmann.job.messages.orders import TaskKind
 from lippmann.plan import artifact_names as names
-from worker.tasks.assemble import assemble_frame
+from worker.tasks.frames.assemble import assemble_frame
 from worker.tasks.local import JOB_ID
-from worker.tasks.monitor import NullMonitor
+from worker.tasks.attempts.monitor import NullMonitor
 
 place = local_place(Path(sys.argv[1]))
 spec = small_job("fish", count=(100, 100), px_per_lens=24, tiles=[8, 1])

@@ -7,9 +7,9 @@ from lippmann.job.messages.events import ProbeResult
 from lippmann.job.messages.orders import Order, TaskKind
 from worker.app import app, settings
 from worker.tasks import entry
-from worker.tasks.attempt import TaskResult
-from worker.tasks.monitor import ProgressMonitor
-from worker.tasks.workplace import Workplace
+from worker.tasks.attempts.attempt import TaskResult
+from worker.tasks.attempts.monitor import ProgressMonitor
+from worker.tasks.attempts.workplace import Workplace
 
 
 def _nothing(_place: Workplace, order: Order, _monitor: ProgressMonitor) -> TaskResult:

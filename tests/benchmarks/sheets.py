@@ -26,9 +26,9 @@ _STREAMED = """
 import sys
 from pathlib import Path
 import numpy as np
-from worker.images.rows import BAND_PX, open_rows
+from worker.images.bands.rows import BAND_PX, open_rows
 from worker.images.read import limit_threads
-from worker.images.rearrange import views_rows
+from worker.images.bands.rearrange import views_rows
 from worker.images.write import write_exr_rows
 from lippmann.lightfield.sheet.bands import OrthoscopicSheet, SheetOfRows, stitched
 from lippmann.lattice.layout import CellLayout

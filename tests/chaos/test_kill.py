@@ -20,9 +20,9 @@ from service.schemas.job import Job
 from tests.builders import local_place, order_of, small_job, stored_job, stored_picture
 from tests.farm import Farm, ended, farm_up, until
 from worker.images.read import read_rgb
-from worker.tasks.assemble import assemble_frame
-from worker.tasks.monitor import NullMonitor
-from worker.tasks.render import render_tile
+from worker.tasks.attempts.monitor import NullMonitor
+from worker.tasks.frames.assemble import assemble_frame
+from worker.tasks.frames.render import render_tile
 
 QUICK = {"LIPPMANN_LEASE_TTL_S": "8", "LIPPMANN_UNCLAIMED_S": "6", "LIPPMANN_RECONCILE_S": "1"}
 """A lost attempt is noticed in 8 s instead of 45, so that the test is short; heartbeats stay at 5 s."""

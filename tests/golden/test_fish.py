@@ -18,9 +18,9 @@ from lippmann.plan.sampling import cut_tiles, frame_size
 from tests.builders import local_place, order_of, small_job, stored_job, stored_picture
 from tests.pictures import read_png
 from worker.images.write import write_png
-from worker.tasks.assemble import assemble_frame
-from worker.tasks.monitor import NullMonitor
-from worker.tasks.render import render_tile
+from worker.tasks.attempts.monitor import NullMonitor
+from worker.tasks.frames.assemble import assemble_frame
+from worker.tasks.frames.render import render_tile
 
 GOLDEN = Path(__file__).parent / "fish-frame-5.png"
 

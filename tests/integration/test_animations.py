@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from lippmann.job.clock import Clock
+from lippmann.job.animation.clock import Clock
 from tests.builders import small_job
 from worker.engines.povray.command import RenderCommand, povray_argv
 from worker.images.read import read_rgb

@@ -31,9 +31,9 @@ from tests.builders import (
     tiles_of,
 )
 from worker.images.read import read_rgb
-from worker.tasks.assemble import assemble_frame
-from worker.tasks.monitor import NullMonitor
-from worker.tasks.render import render_tile
+from worker.tasks.attempts.monitor import NullMonitor
+from worker.tasks.frames.assemble import assemble_frame
+from worker.tasks.frames.render import render_tile
 
 
 def captured(folder: Path, spec: JobSpec) -> dict[str, NDArray[np.float16]]:

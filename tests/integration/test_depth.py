@@ -27,13 +27,13 @@ from tests.builders import artifacts_of, local_place, order_of, small_job, store
 from worker.images.read import read_channels
 from worker.sandbox.bundle import pack_folder
 from worker.sandbox.log import AttemptLog
-from worker.tasks.assemble import assemble_frame
-from worker.tasks.depth_pass import depth_of_tile
+from worker.tasks.attempts.monitor import NullMonitor
+from worker.tasks.attempts.workplace import Workplace
+from worker.tasks.frames.assemble import assemble_frame
+from worker.tasks.frames.depth_pass import depth_of_tile
+from worker.tasks.frames.render import render_tile
 from worker.tasks.local import JOB_ID, local_job
-from worker.tasks.monitor import NullMonitor
 from worker.tasks.outputs.frame_source import job_frames
-from worker.tasks.render import render_tile
-from worker.tasks.workplace import Workplace
 
 NEAR_MM = 1000.0
 """Of the scenes' stage, and so the scale D of the distances."""

@@ -13,7 +13,7 @@ from lippmann.job.spec import JobSpec
 from lippmann.optics.rig.bands import WavelengthBand, wavelength_bands
 from lippmann.optics.rig.bench import bench, object_rays, pixel_centres_mm
 from tests.builders import local_place, rendered, small_job, stored_job
-from worker.engines.povray.pixels import read_codes
+from worker.engines.povray.pictures.pixels import read_codes
 
 HALF_WIDTH_MM = 400.0
 """The target codes x and y from -400 to 400 mm, in red and green."""

@@ -11,15 +11,15 @@ import pytest
 from numpy.typing import NDArray
 
 from lippmann.errors import BadInput
-from lippmann.job.channels import channels_in, objects_in, part_names
 from lippmann.job.messages.orders import TaskKind
-from lippmann.job.render_settings import Channel
+from lippmann.job.rendering.channels import channels_in, objects_in, part_names
+from lippmann.job.rendering.render_settings import Channel
 from lippmann.job.resolved import ResolvedJob, StoredPlan
 from lippmann.job.spec import JobSpec
 from lippmann.lightfield.depth.depth_map import CHANNELS as DEPTH_PARTS
 from lippmann.lightfield.sheet.orthoscopic import orthoscopic
 from lippmann.lightfield.views.views import view
-from lippmann.local.channel_view import channel_of_view, write_channel_view
+from lippmann.local.pictures.channel_view import channel_of_view, write_channel_view
 from lippmann.optics.rig.bench import bench
 from lippmann.optics.rig.pixel_rays import pixel_rays
 from lippmann.optics.rig.to_scene import rig_axes, rig_to_scene
@@ -32,12 +32,12 @@ from worker.engines.engine import Rendered, Room, Wanted
 from worker.engines.mitsuba.engine import MitsubaEngine
 from worker.images.read import read_attributes, read_channels, read_rgb
 from worker.sandbox.bundle import pack_folder
-from worker.tasks.assemble import assemble_frame
+from worker.tasks.attempts.monitor import NullMonitor
+from worker.tasks.attempts.workplace import Workplace
+from worker.tasks.frames.assemble import assemble_frame
+from worker.tasks.frames.render import render_tile
 from worker.tasks.local import JOB_ID, local_job, store_plan
-from worker.tasks.monitor import NullMonitor
 from worker.tasks.probe import probe_job
-from worker.tasks.render import render_tile
-from worker.tasks.workplace import Workplace
 
 CENTRE, RADIUS = np.array([2.0, 1.0, 2.0]), 4.0
 STEP = 0.5

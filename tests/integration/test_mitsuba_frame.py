@@ -20,12 +20,12 @@ from worker.engines.mitsuba.engine import MitsubaEngine
 from worker.engines.mitsuba.version import Missing
 from worker.images.read import read_channels
 from worker.sandbox.bundle import pack_folder
-from worker.tasks.assemble import assemble_frame
+from worker.tasks.attempts.monitor import NullMonitor
+from worker.tasks.attempts.workplace import Workplace
+from worker.tasks.frames.assemble import assemble_frame
+from worker.tasks.frames.render import render_tile
 from worker.tasks.local import JOB_ID, local_job, store_plan
-from worker.tasks.monitor import NullMonitor
 from worker.tasks.probe import probe_job
-from worker.tasks.render import render_tile
-from worker.tasks.workplace import Workplace
 
 SIZE = (12, 10)
 """The numbers of lenses, (rows, cols)."""

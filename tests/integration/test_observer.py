@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from lippmann.job.messages.orders import TaskKind
-from lippmann.job.viewing import EYES_APART_MM
+from lippmann.job.optics.viewing import EYES_APART_MM
 from lippmann.lightfield.observer.observe import whole_window
 from lippmann.lightfield.observer.viewing_conditions import ViewingConditions, observed_picture
 from lippmann.lightfield.views.perspective import Eye
@@ -18,9 +18,9 @@ from lippmann.plan import artifact_names as names
 from lippmann.plan.design.observed_display import observed_display
 from tests.builders import local_place, order_of, small_job, stored_job, stored_picture, tiles_of
 from tests.needs import needs_povray
-from worker.tasks.assemble import assemble_frame
-from worker.tasks.monitor import NullMonitor
-from worker.tasks.render import render_tile
+from worker.tasks.attempts.monitor import NullMonitor
+from worker.tasks.frames.assemble import assemble_frame
+from worker.tasks.frames.render import render_tile
 
 pytestmark = needs_povray
 

@@ -18,7 +18,7 @@ import pytest
 from numpy.typing import NDArray
 
 from lippmann.errors import LippmannError
-from lippmann.job.scene import parse_scene
+from lippmann.job.scenes.scene import parse_scene
 from lippmann.job.spec import JobSpec
 from lippmann.lightfield.views.views import view
 from lippmann.plan.sampling import frame_size

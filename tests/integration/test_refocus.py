@@ -17,9 +17,9 @@ from lippmann.plan.sampling import display_size
 from tests.builders import local_place, order_of, small_job, stored_job, stored_picture, tiles_of
 from tests.needs import needs_povray
 from tests.unit.lippmann.lightfield.sheets import image_of
-from worker.tasks.assemble import assemble_frame
-from worker.tasks.monitor import NullMonitor
-from worker.tasks.render import render_tile
+from worker.tasks.attempts.monitor import NullMonitor
+from worker.tasks.frames.assemble import assemble_frame
+from worker.tasks.frames.render import render_tile
 
 pytestmark = needs_povray
 

@@ -20,11 +20,11 @@ from tests.builders import local_place, small_job, tiles_of
 from tests.damaging import DAMAGES, Damage
 from worker.sandbox.bundle import check_bundle, pack_folder
 from worker.store.local import LocalStore
-from worker.tasks.attempt import TaskResult
+from worker.tasks.attempts.attempt import TaskResult
+from worker.tasks.attempts.monitor import NullMonitor
+from worker.tasks.attempts.workplace import Workplace
+from worker.tasks.frames.render import render_tile
 from worker.tasks.local import JOB_ID
-from worker.tasks.monitor import NullMonitor
-from worker.tasks.render import render_tile
-from worker.tasks.workplace import Workplace
 
 MANIFEST = """
 title = "A ball"

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from lippmann.job.scene_camera import SceneCamera
+from lippmann.job.scenes.scene_camera import SceneCamera
 from lippmann.job.spec import JobSpec
 from lippmann.lightfield.views.views import view
 from lippmann.plan.sampling import frame_size
@@ -24,10 +24,10 @@ from worker.images.read import read_rgb
 from worker.sandbox.bundle import pack_folder
 from worker.sandbox.log import AttemptLog
 from worker.settings import WorkerSettings
+from worker.tasks.attempts.monitor import NullMonitor
 from worker.tasks.local import CapturedFrame, capture_frame, local_job
-from worker.tasks.monitor import NullMonitor
-from worker.tasks.scene_camera import read_scene_camera
-from worker.tasks.scene_notes import MOVES, examine_scene
+from worker.tasks.scenes.scene_camera import read_scene_camera
+from worker.tasks.scenes.scene_notes import MOVES, examine_scene
 
 Vector = tuple[float, float, float]
 

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from lippmann.errors import BadInput, SceneError
-from lippmann.job.scene import parse_scene
+from lippmann.job.scenes.scene import parse_scene
 from lippmann.local.files.bundle import find_bundle
-from lippmann.local.scene_init import init_scene
+from lippmann.local.scenes.scene_init import init_scene
 from worker.sandbox.bundle import check_bundle
 
 BALLS = """#version 3.7; global_settings { assumed_gamma 1 }

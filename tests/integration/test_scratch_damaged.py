@@ -15,7 +15,7 @@ from tests.needs import needs_povray
 from worker.engines.povray import engine
 from worker.engines.povray.render import render as picture_of_povray
 from worker.engines.povray.scene import RAYS_FILE
-from worker.tasks.workplace import Workplace
+from worker.tasks.attempts.workplace import Workplace
 
 pytestmark = needs_povray
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from lippmann.job.rig import Rig
+from lippmann.job.optics.rig import Rig
 from lippmann.lightfield.refocus.all_in_focus import sharpness
 from lippmann.lightfield.views.views import view_of_grid
 from lippmann.plan.sampling import display_size

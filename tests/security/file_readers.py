@@ -17,11 +17,11 @@ from PIL import Image
 
 from tests import bombs
 from tests.security.mutations import mutated_bytes
-from worker.engines.povray.hints import with_hint
-from worker.engines.povray.messages import MessageKind, read_messages
-from worker.engines.povray.places import ScenePlaces
-from worker.engines.povray.scene_files import SceneFiles
-from worker.images.header import read_header
+from worker.engines.povray.answers.hints import with_hint
+from worker.engines.povray.answers.messages import MessageKind, read_messages
+from worker.engines.povray.answers.places import ScenePlaces
+from worker.engines.povray.scenes.scene_files import SceneFiles
+from worker.images.foreign.header import read_header
 from worker.sandbox.bundle import check_bundle, pack_folder
 from worker.untrusted import read_imported
 

@@ -15,7 +15,7 @@ from typing import Any
 from lippmann.errors import LippmannError
 from lippmann.job.messages.events import Event, EventKind, Failure, ProbeResult
 from lippmann.job.messages.seals import Refused, Seals
-from lippmann.job.scene import parse_scene
+from lippmann.job.scenes.scene import parse_scene
 from lippmann.job.spec import parse_spec
 from lippmann.local.files.lens import parse_catalogue, parse_lens
 from lippmann.optics.lens_files.glasses.search import GlassSearch

@@ -12,7 +12,7 @@ from lippmann.errors import RenderFailed, SceneError
 from tests.integration.povray.conftest import BALL, Room
 from tests.needs import needs_povray
 from tests.waiting import until
-from worker.engines.povray.progress import Phase
+from worker.engines.povray.answers.progress import Phase
 from worker.sandbox.limits import Limits
 from worker.sandbox.log import HEAD_BYTES, TAIL_BYTES
 from worker.sandbox.sandbox import Sandbox

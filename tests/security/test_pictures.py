@@ -15,10 +15,10 @@ from tests.builders import order_of
 from worker.sandbox.bundle import pack_folder
 from worker.sandbox.sandbox import SandboxMode
 from worker.settings import WorkerSettings
+from worker.tasks.attempts.monitor import NullMonitor
+from worker.tasks.attempts.workplace import workplace
 from worker.tasks.local import local_job
-from worker.tasks.monitor import NullMonitor
 from worker.tasks.probe import probe_job
-from worker.tasks.workplace import workplace
 
 SCENE = """
 title = "Mine"

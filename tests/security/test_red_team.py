@@ -15,7 +15,7 @@ import service
 import worker
 from lippmann.errors import RenderFailed
 from tests.security.conftest import LIMITS, Task
-from worker.engines.povray.diagnosis import signal_of
+from worker.engines.povray.answers.diagnosis import signal_of
 from worker.sandbox.ending import Ending
 from worker.sandbox.process import Outcome
 from worker.sandbox.results import take_result

@@ -15,10 +15,10 @@ from tests.builders import local_place, order_of, small_job, stored_job, tiles_o
 from tests.needs import needs_povray
 from worker.images.write import write_exr
 from worker.sandbox.sandbox import Sandbox
+from worker.tasks.attempts.monitor import NullMonitor
+from worker.tasks.attempts.workplace import Workplace
+from worker.tasks.frames.render import render_tile
 from worker.tasks.local import JOB_ID
-from worker.tasks.monitor import NullMonitor
-from worker.tasks.render import render_tile
-from worker.tasks.workplace import Workplace
 
 SECRET = "the key of the administrator"
 

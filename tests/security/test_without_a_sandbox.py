@@ -16,11 +16,11 @@ from tests.builders import local_place, order_of, small_job, stored_job, tiles_o
 from tests.needs import needs_povray
 from worker.sandbox.bundle import pack_folder
 from worker.sandbox.sandbox import Sandbox
+from worker.tasks.attempts.monitor import NullMonitor
+from worker.tasks.attempts.workplace import Workplace
+from worker.tasks.frames.render import render_tile
 from worker.tasks.local import local_job, store_plan
-from worker.tasks.monitor import NullMonitor
 from worker.tasks.probe import probe_job
-from worker.tasks.render import render_tile
-from worker.tasks.workplace import Workplace
 
 SPEC = small_job("target-white", count=(4, 4), render={"cache": False})
 

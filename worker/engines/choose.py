@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from lippmann.job.engines import Engine as EngineName
+from lippmann.job.rendering.engines import Engine as EngineName
 from lippmann.job.resolved import ResolvedJob
 from worker.engines.engine import Engine
 from worker.engines.mitsuba.engine import MitsubaEngine

@@ -15,8 +15,8 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from lippmann.job.engines import Engine as EngineName
-from lippmann.job.render_settings import Channel
+from lippmann.job.rendering.engines import Engine as EngineName
+from lippmann.job.rendering.render_settings import Channel
 from lippmann.job.resolved import ResolvedJob
 from lippmann.plan.render_cache import RenderSoftware
 from worker.sandbox.limits import Limits, TimeLimits

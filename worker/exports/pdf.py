@@ -18,7 +18,7 @@ from reportlab.pdfbase.ttfonts import TTFont
 from reportlab.pdfgen.canvas import Canvas
 
 from lippmann.errors import OutputError
-from lippmann.job.rig import MM_PER_INCH
+from lippmann.job.optics.rig import MM_PER_INCH
 from lippmann.plan.printing.shapes import Bar, Ring, Shape
 
 POINTS_PER_MM = 72 / MM_PER_INCH

@@ -1,25 +1,18 @@
 """Pictures as files; OpenImageIO is used only here.
 
-read          EXR and PNG to arrays, with every read checked; OpenImageIO's threads
-header        the headers of pictures of other programs, read by content and bounded
-headers       the headers of single formats
-notes         what the user should know of such pictures
-upright       a picture turned as its orientation tag says
-decoder       the program that decodes one picture inside the sandbox
-colour_space  what the codes of such pictures mean
-write         linear EXR masters; sRGB PNG and WebP for people
-encode        pixels to a file in memory, and from there to disk
-rows          pictures that need not fit in memory: bands of rows in and out
-scratch       pixels in a temporary file as plain numbers
-rearrange     pictures in bands, rearranged: turned by quarters, all views of a sheet
-png           PNG by bands of rows; the rows of a PDF
-tiff          TIFF by bands of rows
-density       pixels per inch as files store it
-colour        linear light to sRGB codes and back; depth as colours
-icc           ICC profiles: the one of sRGB, and the curves of others
-resize        another size, by a named filter
-drawing       black shapes and words in pictures
-convert       a linear EXR as the bytes of another file
+read             EXR and PNG to arrays, with every read checked; OpenImageIO's threads
+write            linear EXR masters; sRGB PNG and WebP for people
+encode           pixels to a file in memory, and from there to disk
+convert          a linear EXR as the bytes of another file
+density          pixels per inch as files store it
+colour           linear light to sRGB codes and back; depth as colours
+channel_colours  the colours in which people are shown channels that are no light
+icc              ICC profiles: the one of sRGB, and the curves of others
+resize           another size, by a named filter
+drawing          black shapes and words in pictures
+foreign/         pictures of other programs: headers, decoder, colour spaces, orientation
+headers/         the headers of single formats
+bands/           pictures that need not fit in memory
 
 Arrays are `(rows, cols, channel)`, row 0 at the top, with the three channels red, green and blue; numbers that are not
 light have channels with their own names.

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from lippmann.job.render_settings import Channel
+from lippmann.job.rendering.render_settings import Channel
 from worker.images.colour import decoded_srgb
 
 GOLDEN_RATIO = (5**0.5 - 1) / 2
@@ -23,7 +23,7 @@ def channel_colours(channel: Channel, values: NDArray[np.float32]) -> NDArray[np
     channel
         The channel.
     values
-        `(row, col, number)`; see `lippmann.job.channels`.
+        `(row, col, number)`; see `lippmann.job.rendering.channels`.
     """
     if channel == "normal":
         light = decoded_srgb(np.clip((values.astype(np.float64) + 1) / 2, 0, 1))

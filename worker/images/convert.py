@@ -11,7 +11,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from lippmann.job.viewing import Filter
+from lippmann.job.optics.viewing import Filter
 from worker.images.read import read_rgb
 from worker.images.resize import resize
 from worker.images.write import encoded_png, encoded_webp

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from lippmann.job.rig import MM_PER_INCH
+from lippmann.job.optics.rig import MM_PER_INCH
 
 
 @dataclass(frozen=True)

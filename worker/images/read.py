@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from OpenImageIO import ImageInput, geterror
 
 from lippmann.errors import ArtifactBroken
-from worker.images.header import read_header
+from worker.images.foreign.header import read_header
 
 Light = TypeVar("Light", bound=np.floating[Any])
 
@@ -98,7 +98,7 @@ def read_attributes(path: Path) -> dict[str, str]:
 
 @contextmanager
 def opened(path: Path) -> Iterator[ImageInput]:
-    """Yield an open picture of one of `worker.images.header.FORMATS`; errors are those of `read_rgb`.
+    """Yield an open picture of one of `worker.images.foreign.header.FORMATS`; errors are those of `read_rgb`.
 
     The content chooses the one reader that sees the file, and the header is checked before.
     """

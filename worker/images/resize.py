@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from OpenImageIO import FLOAT, ROI, ImageBuf, ImageBufAlgo
 
 from lippmann.errors import OutputError
-from lippmann.job.viewing import Filter
+from lippmann.job.optics.viewing import Filter
 
 
 def resize(

@@ -11,14 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lippmann.errors import OutputError
+from worker.images.bands.png import write_png_bands
+from worker.images.bands.rows import write_rows
+from worker.images.bands.tiff import write_tiff_bands
 from worker.images.colour import LINEAR, SRGB, srgb_codes
 from worker.images.density import Density
 from worker.images.encode import encoded, save
-from worker.images.png import write_png_bands
 from worker.images.read import ATTRIBUTE_PREFIX
 from worker.images.resize import resize
-from worker.images.rows import write_rows
-from worker.images.tiff import write_tiff_bands
 from worker.whole_file import new_file
 
 _HALF_MAX = float(np.finfo(np.float16).max)

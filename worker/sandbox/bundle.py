@@ -19,8 +19,8 @@ from pathlib import Path, PurePosixPath
 from typing import NoReturn
 
 from lippmann.errors import BundleError, InvalidText
-from lippmann.job.engines import MITSUBA_FILES, POVRAY_FILES
-from lippmann.job.scene import SceneManifest, parse_scene
+from lippmann.job.rendering.engines import MITSUBA_FILES, POVRAY_FILES
+from lippmann.job.scenes.scene import SceneManifest, parse_scene
 from lippmann.untrusted.file_names import MAX_DEPTH, is_clutter, plain_name
 from lippmann.untrusted.toml_text import MAX_BYTES as MAX_MANIFEST_BYTES
 from lippmann.untrusted.toml_text import read_toml

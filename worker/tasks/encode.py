@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from lippmann.job.messages.orders import Order
 from lippmann.job.outputs.choice import output_called
-from worker.tasks.artifacts import TaskArtifacts
-from worker.tasks.attempt import TaskResult
-from worker.tasks.monitor import ProgressMonitor
+from worker.tasks.attempts.artifacts import TaskArtifacts
+from worker.tasks.attempts.attempt import TaskResult
+from worker.tasks.attempts.monitor import ProgressMonitor
+from worker.tasks.attempts.workplace import Workplace
 from worker.tasks.outputs.context import OutputContext
 from worker.tasks.outputs.frame_source import job_frames
 from worker.tasks.outputs.registry import make_output
-from worker.tasks.workplace import Workplace
 
 
 def encode_output(place: Workplace, order: Order, monitor: ProgressMonitor) -> TaskResult:

@@ -20,14 +20,14 @@ from worker.engines.choose import ENGINES
 from worker.images.read import limit_threads
 from worker.refusals import refusals
 from worker.store.opening import open_store
-from worker.tasks.assemble import assemble_frame
-from worker.tasks.attempt import TaskFunction, attempt
+from worker.tasks.attempts.attempt import TaskFunction, attempt
+from worker.tasks.attempts.lost import report_if_lost, sweep_if_lost
+from worker.tasks.attempts.sweep import sweep_scratch
+from worker.tasks.attempts.workplace import Workplace, workplace
 from worker.tasks.encode import encode_output
-from worker.tasks.lost import report_if_lost, sweep_if_lost
+from worker.tasks.frames.assemble import assemble_frame
+from worker.tasks.frames.render import render_tile
 from worker.tasks.probe import probe_job
-from worker.tasks.render import render_tile
-from worker.tasks.sweep import sweep_scratch
-from worker.tasks.workplace import Workplace, workplace
 
 STALE_S = 86_400.0
 """A partial artifact older than this belongs to no running process."""

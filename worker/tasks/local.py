@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from lippmann.errors import SpecError
-from lippmann.job.channels import stored_channels
 from lippmann.job.messages.events import ProbeResult
 from lippmann.job.messages.orders import Order, TaskKind
+from lippmann.job.rendering.channels import stored_channels
 from lippmann.job.resolved import ResolvedJob, StoredPlan
 from lippmann.job.spec import JobSpec
 from lippmann.optics.rig.check import check_job
@@ -25,11 +25,11 @@ from worker.engines.choose import engine_of
 from worker.images.convert import png
 from worker.sandbox.bundle import check_bundle
 from worker.settings import WorkerSettings
-from worker.tasks.assemble import assemble_frame
-from worker.tasks.monitor import NullMonitor
+from worker.tasks.attempts.monitor import NullMonitor
+from worker.tasks.attempts.workplace import Workplace, workplace
+from worker.tasks.frames.assemble import assemble_frame
+from worker.tasks.frames.render import render_tile
 from worker.tasks.probe import probe_job
-from worker.tasks.render import render_tile
-from worker.tasks.workplace import Workplace, workplace
 
 JOB_ID = "local"
 

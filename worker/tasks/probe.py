@@ -10,14 +10,14 @@ from lippmann.lattice.layout import CellLayout
 from lippmann.plan.sampling import frame_size
 from worker.engines.choose import engine_of
 from worker.engines.engine import Wanted
-from worker.tasks.attempt import TaskResult
-from worker.tasks.channels import engine_channels
-from worker.tasks.imported import probe_imported
-from worker.tasks.monitor import ProgressMonitor
-from worker.tasks.picture import room_for
-from worker.tasks.render import is_parallel
-from worker.tasks.scene_notes import SceneFindings, examine_scene
-from worker.tasks.workplace import Workplace, kept_log
+from worker.tasks.attempts.attempt import TaskResult
+from worker.tasks.attempts.monitor import ProgressMonitor
+from worker.tasks.attempts.workplace import Workplace, kept_log
+from worker.tasks.frames.channels import engine_channels
+from worker.tasks.frames.imported import probe_imported
+from worker.tasks.frames.picture import room_for
+from worker.tasks.frames.render import is_parallel
+from worker.tasks.scenes.scene_notes import SceneFindings, examine_scene
 
 PROBE_PX = 20_000
 """Enough for a cost to a few per cent, and rendered in about a second with the paper's rig."""

@@ -93,7 +93,7 @@ def _file(name: str, catalogues: Sequence[Path], *, focal_length_mm: float | Non
 
 
 def _published(name: str, focal_length_mm: float | None) -> ImagingLens:
-    from lippmann.job.lens import NamedLens
+    from lippmann.job.optics.lens import NamedLens
     from lippmann.optics.lens.prescription import IMAGING_LENSES, chosen_lens
 
     if focal_length_mm is None:
@@ -102,7 +102,7 @@ def _published(name: str, focal_length_mm: float | None) -> ImagingLens:
 
 
 def _with_stop(lens: ImagingLens, f_number: float | None) -> ImagingLens:
-    from lippmann.job.rig import Rig
+    from lippmann.job.optics.rig import Rig
     from lippmann.optics.lens.stop import with_stop
 
     return with_stop(lens, Rig(f_number=f_number))

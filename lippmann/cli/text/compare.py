@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lippmann.lightfield.quality.compare import Spread, spread
-from lippmann.local.compare import Comparison
+from lippmann.local.studies.compare import Comparison
 from lippmann.terminal.table import table
 
 NUMBERS = ("psnr_y_db", "psnr_rgb_db", "ssim")

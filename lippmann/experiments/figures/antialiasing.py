@@ -15,7 +15,7 @@ from lippmann.experiments.fits import Line, line_through
 from lippmann.experiments.frames import prepared
 from lippmann.experiments.request import FigureRequest, FigureResult
 from lippmann.experiments.timing import RenderTime, render_time
-from lippmann.local.plot import BLUE, GREEN, ORANGE, axes
+from lippmann.local.studies.plot import BLUE, GREEN, ORANGE, axes
 from lippmann.plan.sampling import Tile, cut_tiles, frame_size
 
 THRESHOLDS = (0.02, 0.05, 0.1, 0.2, 0.4, 0.8)

@@ -11,7 +11,7 @@ from lippmann.experiments.fits import Line, line_through
 from lippmann.experiments.frames import prepared
 from lippmann.experiments.request import FigureRequest, FigureResult
 from lippmann.experiments.timing import RenderTime, render_time
-from lippmann.local.plot import BLUE, ORANGE, axes
+from lippmann.local.studies.plot import BLUE, ORANGE, axes
 from lippmann.plan.sampling import frame_size
 
 PX_PER_LENS = (4, 6, 8, 12, 16, 20, 24)

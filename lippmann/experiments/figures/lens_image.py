@@ -20,11 +20,11 @@ from lippmann.experiments.frames import LocalJob, prepared
 from lippmann.experiments.panels import Panel, fitted, write_panels
 from lippmann.experiments.plain_camera import Picture, PlainCamera, render_picture
 from lippmann.experiments.request import FigureRequest, FigureResult
-from lippmann.job.render_settings import Antialias
-from lippmann.job.rig import PAPER_CAMERA_ANGLE_DEG
+from lippmann.job.optics.rig import PAPER_CAMERA_ANGLE_DEG
+from lippmann.job.rendering.render_settings import Antialias
 from lippmann.optics.lens.matrices import Conjugate, cardinal_points, conjugate
 from lippmann.optics.lens.prescription import ImagingLens, rig_lens
-from worker.engines.povray.pixels import read_codes
+from worker.engines.povray.pictures.pixels import read_codes
 from worker.images.read import read_rgb
 from worker.images.write import write_png
 

@@ -15,10 +15,10 @@ from typing import Annotated
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
 from lippmann.digest import Digest
-from lippmann.job.frames import MAX_FRAME_NUMBER
+from lippmann.job.animation.frames import MAX_FRAME_NUMBER
 from lippmann.job.messages.protocol import OLDEST_PROTOCOL, PROTOCOL, understand_each_other
-from lippmann.job.scene_camera import SceneCamera
-from lippmann.job.workers import JobRequirement
+from lippmann.job.rendering.workers import JobRequirement
+from lippmann.job.scenes.scene_camera import SceneCamera
 
 MAX_EVENT_BYTES = 32_000_000
 """The limit of an event; the digests of a data set of 100,000 files have 20 MB."""

@@ -7,7 +7,7 @@ from enum import StrEnum
 from pydantic import BaseModel, ConfigDict, Field
 
 from lippmann.digest import Digest
-from lippmann.job.workers import without_engine
+from lippmann.job.rendering.workers import without_engine
 
 MOST_THREADS = 16
 """The largest number of threads of one task. More of them need more memory and processes than a task may have."""

@@ -17,10 +17,10 @@ from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema, core_schema
 
 from lippmann.job import outputs
+from lippmann.job.fields.problems import FieldError
+from lippmann.job.optics.rig import Rig
 from lippmann.job.outputs.output import KINDS, OutputOptions
 from lippmann.job.outputs.videos import CentreVideo, OrthoscopicVideo, ViewsVideo
-from lippmann.job.problems import FieldError
-from lippmann.job.rig import Rig
 from lippmann.untrusted.shown import shown
 
 for _module in iter_modules(outputs.__path__, f"{outputs.__name__}."):

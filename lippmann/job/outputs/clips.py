@@ -7,11 +7,11 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from lippmann.job.frames import format_frames
+from lippmann.job.animation.frames import format_frames
+from lippmann.job.fields.problems import FieldError
+from lippmann.job.optics.rig import LensArray, Rig
 from lippmann.job.outputs.output import Name, OutputOptions, output_kind
 from lippmann.job.outputs.videos import Fps, ShownVideo
-from lippmann.job.problems import FieldError
-from lippmann.job.rig import LensArray, Rig
 
 DepthMm = Annotated[float, Field(ge=-1e6, le=1e6)]
 

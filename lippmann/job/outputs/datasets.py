@@ -7,6 +7,8 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
+from lippmann.job.fields.problems import FieldError
+from lippmann.job.optics.rig import Rig
 from lippmann.job.outputs.output import Name, OutputOptions, output_kind
 from lippmann.job.outputs.view_block import (
     ViewBlock,
@@ -16,8 +18,6 @@ from lippmann.job.outputs.view_block import (
     check_block,
     largest_odd_square,
 )
-from lippmann.job.problems import FieldError
-from lippmann.job.rig import Rig
 
 MAX_CAMERAS = 1000
 """`input_Cam999.png` is the last name of three digits: beyond it, names do not sort in the order of numbers."""

@@ -7,10 +7,10 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
+from lippmann.job.fields.problems import FieldError
+from lippmann.job.optics.rig import Rig
 from lippmann.job.outputs.output import Name, OutputOptions, output_kind
 from lippmann.job.outputs.view_block import check_view
-from lippmann.job.problems import FieldError
-from lippmann.job.rig import Rig
 
 Index = Annotated[int, Field(ge=0, le=4096)]
 DepthMm = Annotated[float, Field(ge=-1e6, le=1e6)]

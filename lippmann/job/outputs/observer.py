@@ -7,12 +7,9 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
-from lippmann.job.outputs.clips import ClipOptions
-from lippmann.job.outputs.output import Name, OutputOptions, output_kind
-from lippmann.job.outputs.videos import VideoOptions
-from lippmann.job.problems import FieldError
-from lippmann.job.rig import Rig
-from lippmann.job.viewing import (
+from lippmann.job.fields.problems import FieldError
+from lippmann.job.optics.rig import Rig
+from lippmann.job.optics.viewing import (
     EYES_APART_MM,
     MAX_RAYS,
     MAX_SIZE_PX,
@@ -27,6 +24,9 @@ from lippmann.job.viewing import (
     Stereo,
     Surround,
 )
+from lippmann.job.outputs.clips import ClipOptions
+from lippmann.job.outputs.output import Name, OutputOptions, output_kind
+from lippmann.job.outputs.videos import VideoOptions
 
 AsideMm = Annotated[float, Field(ge=-1e6, le=1e6)]
 

@@ -11,8 +11,8 @@ from typing import Annotated, Any, ClassVar, TypeVar
 
 from pydantic import Field
 
-from lippmann.job.model import JobModel
-from lippmann.job.rig import Rig
+from lippmann.job.fields.model import JobModel
+from lippmann.job.optics.rig import Rig
 
 Name = Annotated[
     str,

@@ -8,12 +8,12 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
-from lippmann.job.frames import FrameList, parse_frames
-from lippmann.job.model import at_most
+from lippmann.job.animation.frames import FrameList, parse_frames
+from lippmann.job.fields.model import at_most
+from lippmann.job.fields.problems import FieldError
+from lippmann.job.optics.rig import MAX_FRAME_PX, Rig
+from lippmann.job.optics.viewing import Filter
 from lippmann.job.outputs.output import Name, OutputOptions, output_kind
-from lippmann.job.problems import FieldError
-from lippmann.job.rig import MAX_FRAME_PX, Rig
-from lippmann.job.viewing import Filter
 
 Count = Annotated[int, Field(ge=1, le=4096)]
 Index = Annotated[int, Field(ge=0, le=4096)]

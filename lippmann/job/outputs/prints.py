@@ -8,9 +8,9 @@ from typing import Any, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
+from lippmann.job.fields.problems import FieldError
+from lippmann.job.optics.rig import MAX_FRAME_PX, MM_PER_INCH, Rig
 from lippmann.job.outputs.output import Name, OutputOptions, output_kind
-from lippmann.job.problems import FieldError
-from lippmann.job.rig import MAX_FRAME_PX, MM_PER_INCH, Rig
 
 PrintFormat = Literal["pdf", "tiff", "png"]
 

@@ -7,9 +7,9 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
+from lippmann.job.fields.problems import FieldError
+from lippmann.job.optics.rig import MAX_FRAME_PX, MIN_PX_PER_LENS, Rig, check_px_per_lens
 from lippmann.job.outputs.output import Name, OutputOptions, output_kind
-from lippmann.job.problems import FieldError
-from lippmann.job.rig import MAX_FRAME_PX, MIN_PX_PER_LENS, Rig, check_px_per_lens
 from lippmann.lattice.cell import Lattice
 from lippmann.lattice.kinds import CELLS
 

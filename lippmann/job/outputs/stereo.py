@@ -7,12 +7,12 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
+from lippmann.job.fields.problems import FieldError
+from lippmann.job.optics.rig import Rig
+from lippmann.job.optics.viewing import EYES_APART_MM
 from lippmann.job.outputs.output import Name, output_kind
 from lippmann.job.outputs.videos import Repeat, ShownVideo
 from lippmann.job.outputs.view_block import check_view
-from lippmann.job.problems import FieldError
-from lippmann.job.rig import Rig
-from lippmann.job.viewing import EYES_APART_MM
 
 Index = Annotated[int, Field(ge=0)]
 View = tuple[Index, Index]

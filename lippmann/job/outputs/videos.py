@@ -7,11 +7,11 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
+from lippmann.job.fields.problems import FieldError
+from lippmann.job.optics.rig import Rig
+from lippmann.job.optics.viewing import Filter
 from lippmann.job.outputs.codecs import CHOICES, Bits, Chroma, Codec, Container
 from lippmann.job.outputs.output import Name, OutputOptions, output_kind
-from lippmann.job.problems import FieldError
-from lippmann.job.rig import Rig
-from lippmann.job.viewing import Filter
 
 MAX_SHOWN_PX = 8192
 """The longest side of a video for people, which players and graphics cards can decode."""

@@ -7,8 +7,8 @@ from typing import Annotated
 
 from pydantic import Field
 
-from lippmann.job.problems import FieldError
-from lippmann.job.rig import Rig
+from lippmann.job.fields.problems import FieldError
+from lippmann.job.optics.rig import Rig
 
 ViewCount = tuple[
     Annotated[int, Field(ge=1, le=1024, title="Down")], Annotated[int, Field(ge=1, le=1024, title="Across")]

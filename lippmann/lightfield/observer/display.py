@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lippmann.errors import LayoutError
-from lippmann.job.viewing import Bare, Surround
+from lippmann.job.optics.viewing import Bare, Surround
 from lippmann.lattice.cell import ON_THE_BORDER
 from lippmann.lattice.layout import CellLayout, Pixel, check_sheet
 from lippmann.lightfield.sheet.device import device_size

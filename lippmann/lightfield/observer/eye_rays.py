@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lippmann.errors import LayoutError
-from lippmann.job.viewing import MAX_RAYS
+from lippmann.job.optics.viewing import MAX_RAYS
 
 GOLDEN_ANGLE = math.pi * (3 - math.sqrt(5))
 

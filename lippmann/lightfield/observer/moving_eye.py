@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from lippmann.errors import LayoutError
-from lippmann.job.viewing import EyePath
+from lippmann.job.optics.viewing import EyePath
 from lippmann.lightfield.views.perspective import Eye
 
 

@@ -27,7 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lippmann.errors import LayoutError
-from lippmann.job.viewing import PUPIL_MM, RAYS, SIZE_PX
+from lippmann.job.optics.viewing import PUPIL_MM, RAYS, SIZE_PX
 from lippmann.lattice.cell import ON_THE_BORDER
 from lippmann.lightfield.observer.display import LensDisplay, LensLine, lens_lines
 from lippmann.lightfield.observer.eye_rays import eye_rays

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lippmann.errors import LayoutError
-from lippmann.job.viewing import EYES_APART_MM, Stereo
+from lippmann.job.optics.viewing import EYES_APART_MM, Stereo
 from lippmann.lightfield.sheet.interpolation import Light, working
 from lippmann.lightfield.views.perspective import Eye
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lippmann.job.viewing import EYES_APART_MM, PUPIL_MM, RAYS, Stereo
+from lippmann.job.optics.viewing import EYES_APART_MM, PUPIL_MM, RAYS, Stereo
 from lippmann.lightfield.observer.display import LensDisplay
 from lippmann.lightfield.observer.observe import observe, own_share
 from lippmann.lightfield.observer.stereo import eye_pair, together

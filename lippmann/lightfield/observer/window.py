@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lippmann.errors import LayoutError
-from lippmann.job.viewing import MAX_SIZE_PX
+from lippmann.job.optics.viewing import MAX_SIZE_PX
 
 
 @dataclass(frozen=True)

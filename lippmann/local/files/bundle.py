@@ -6,9 +6,9 @@ from difflib import get_close_matches
 from pathlib import Path
 
 from lippmann.errors import BadInput
-from lippmann.job.engines import MITSUBA_FILES, POVRAY_FILES
-from lippmann.job.scene import SCENE_FILE
-from lippmann.local.model_init import MODEL_SUFFIXES
+from lippmann.job.rendering.engines import MITSUBA_FILES, POVRAY_FILES
+from lippmann.job.scenes.scene import SCENE_FILE
+from lippmann.local.scenes.model_init import MODEL_SUFFIXES
 from lippmann.untrusted.toml_text import read_toml
 from povtemplates.catalogue import MANIFEST, scene_folders
 from worker.sandbox.bundle import check_bundle, pack_folder

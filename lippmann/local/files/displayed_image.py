@@ -9,14 +9,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lippmann.job.rig import Rig
+from lippmann.job.optics.rig import Rig
+from lippmann.job.optics.viewing import Bare, GapUse, Surround
 from lippmann.job.spec import Display
-from lippmann.job.viewing import Bare, GapUse, Surround
 from lippmann.lightfield.observer.display import LensDisplay
 from lippmann.local.files.master import DEVICE, named_rig, naming, stage_in
 from lippmann.local.image import open_orthoscopic
 from lippmann.plan.design.observed_display import observed_display, reduced_mm, used_gap_mm
-from worker.tasks.assemble import on_device
+from worker.tasks.frames.assemble import on_device
 from worker.untrusted import read_master_light
 
 

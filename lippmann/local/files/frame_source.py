@@ -9,12 +9,12 @@ from functools import partial
 from pathlib import Path
 
 from lippmann.errors import ArtifactMissing, BadInput
-from lippmann.job.channels import channels_in
-from lippmann.job.frames import parse_frames
-from lippmann.job.render_settings import Channel
-from lippmann.job.rig import Rig
+from lippmann.job.animation.frames import parse_frames
+from lippmann.job.optics.rig import Rig
+from lippmann.job.rendering.channels import channels_in
+from lippmann.job.rendering.render_settings import Channel
+from lippmann.job.scenes.stage import Stage
 from lippmann.job.spec import Display
-from lippmann.job.stage import Stage
 from lippmann.local.files.master import (
     ORTHOSCOPIC,
     OTHER_MASTERS,

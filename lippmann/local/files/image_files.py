@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lippmann.errors import BadInput, LayoutError
-from lippmann.job.rig import Rig
+from lippmann.job.optics.rig import Rig
 from lippmann.lightfield.image import IntegralImage
 from lippmann.plan import artifact_names as names
 from lippmann.plan.sampling import display_size, frame_size

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from lippmann.errors import BadInput
-from lippmann.job.channels import stored_channels
+from lippmann.job.rendering.channels import stored_channels
 from lippmann.plan import artifact_names as names
 from lippmann.terminal.progress import ProgressLine
 

@@ -131,8 +131,8 @@ def parse_catalogue(path: Path, data: bytes) -> Catalogue:
 def _read_json(path: Path, data: bytes) -> LensFile:
     from pydantic import ValidationError
 
-    from lippmann.job.lens import Prescription
-    from lippmann.job.problems import problems_of
+    from lippmann.job.fields.problems import problems_of
+    from lippmann.job.optics.lens import Prescription
     from lippmann.optics.lens_files.lens_file import LensFile
 
     try:

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from pydantic import ValidationError
 
 from lippmann.errors import ArtifactBroken, BadInput, LayoutError
-from lippmann.job.problem_words import first_problem
-from lippmann.job.rig import Rig
-from lippmann.job.stage import Stage
+from lippmann.job.fields.problem_words import first_problem
+from lippmann.job.optics.rig import Rig
+from lippmann.job.scenes.stage import Stage
 from lippmann.lattice.layout import CellLayout
 from lippmann.lightfield.depth import depth_map
 from lippmann.lightfield.depth.depth_map import DepthMap

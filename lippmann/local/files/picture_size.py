@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lippmann.errors import BadInput
-from lippmann.job.viewing import Filter
+from lippmann.job.optics.viewing import Filter
 from worker.images.resize import resize
 
 MAX_SIDE_PX = 32_768

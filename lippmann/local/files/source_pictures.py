@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lippmann.errors import BadInput
-from lippmann.job.imported_sheets import SUFFIXES
-from lippmann.job.rig import MAX_FRAME_PX
+from lippmann.job.optics.rig import MAX_FRAME_PX
+from lippmann.job.scenes.imported_sheets import SUFFIXES
 from lippmann.local.files.master import whole_picture
-from worker.images.colour_space import colour_space, light_of_codes, linear_space
-from worker.images.header import read_header
+from worker.images.foreign.colour_space import colour_space, light_of_codes, linear_space
+from worker.images.foreign.header import read_header
 from worker.settings import WorkerSettings
 from worker.untrusted import read_imported
 

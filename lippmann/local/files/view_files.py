@@ -25,7 +25,7 @@ from pathlib import Path
 from typing import Literal
 
 from lippmann.errors import BadInput
-from lippmann.job.imported_sheets import SUFFIXES
+from lippmann.job.scenes.imported_sheets import SUFFIXES
 
 Parallax = Literal["row", "grid"]
 """`row` if views differ along one row, as in most quilts, `grid` if along rows and columns."""

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator
 from itertools import pairwise
 
-from lippmann.job.stage import Stage
+from lippmann.job.scenes.stage import Stage
 from lippmann.optics.drawing.svg import Panel, element
 from lippmann.optics.lens.surfaces import Surface
 from lippmann.optics.rig.array import extent_mm

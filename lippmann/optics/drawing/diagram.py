@@ -11,7 +11,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
-from lippmann.job.stage import Stage
+from lippmann.job.scenes.stage import Stage
 from lippmann.optics.drawing.bench import array, camera, glass, image_space, image_z, stop
 from lippmann.optics.drawing.rays import Drawn, Path, fan, view_of_lens
 from lippmann.optics.drawing.svg import LABEL_ROW_PX, LETTER_PX, Label, Panel, element, labels, placed_labels, scale_bar

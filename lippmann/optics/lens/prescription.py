@@ -6,8 +6,8 @@ import math
 from typing import Any
 
 from lippmann.errors import FieldProblem, SpecError
-from lippmann.job.lens import LensSurface, NamedLens, Prescription
-from lippmann.job.rig import Rig
+from lippmann.job.optics.lens import LensSurface, NamedLens, Prescription
+from lippmann.job.optics.rig import Rig
 from lippmann.optics.lens.check import check_lens
 from lippmann.optics.lens.matrices import cardinal_points
 from lippmann.optics.lens.published import ATHINEOS_2006, IMAGING_LENSES

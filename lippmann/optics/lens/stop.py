@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lippmann.errors import FieldProblem, OpticsError
-from lippmann.job.rig import Rig
+from lippmann.job.optics.rig import Rig
 from lippmann.optics.lens.matrices import cardinal_points, matrix_to
 from lippmann.optics.lens.surfaces import CONTACT_GAP_MM, ImagingLens, Stop, Surface
 

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 from lippmann.errors import FieldProblem, OpticsError, SpecError
-from lippmann.job.lens import Prescription
+from lippmann.job.optics.lens import Prescription
 from lippmann.optics.lens.check import check_lens, stop_fault
 from lippmann.optics.lens.prescription import lens_of
 

@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from lippmann.job.lens import LensSurface
+from lippmann.job.optics.lens import LensSurface
 from lippmann.optics.lens.check import common_rim_mm, gaps_mm
 from lippmann.optics.lens.prescription import lens_of
 from lippmann.optics.lens.surfaces import Surface

@@ -10,8 +10,8 @@ from typing import Any
 from pydantic import ValidationError
 
 from lippmann.errors import FieldProblem, SpecError
-from lippmann.job.lens import MAX_SURFACES, LensSurface, Prescription
-from lippmann.job.problems import problems_of
+from lippmann.job.fields.problems import problems_of
+from lippmann.job.optics.lens import MAX_SURFACES, LensSurface, Prescription
 from lippmann.optics.lens.surfaces import Surface
 from lippmann.optics.lens_files.lens_file import LensFile, in_file, without_stop_in_glass
 from lippmann.optics.lens_files.rims import with_rims_apart

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lippmann.job.rig import LensArray, Rig
+from lippmann.job.optics.rig import LensArray, Rig
 from lippmann.lattice.arrays import NUMPY, Arrays
 
 

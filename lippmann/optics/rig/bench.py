@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lippmann.errors import FieldProblem, OpticsError
-from lippmann.job.rig import Rig
+from lippmann.job.optics.rig import Rig
 from lippmann.lattice.arrays import NUMPY, Arrays
 from lippmann.optics.lens.matrices import conjugate
 from lippmann.optics.lens.prescription import ImagingLens, rig_lens
@@ -117,7 +117,7 @@ def camera_distance_mm(rig: Rig) -> float:
     The angle of a perspective camera just spans the window: L = width / (2 tan(angle / 2)), so that pixels
     fall evenly under the lenses (Athineos 2006, section 4.1).
 
-    >>> from lippmann.job.rig import Camera, Device
+    >>> from lippmann.job.optics.rig import Camera, Device
     >>> device = Device(dpi=600, window_px=(2400, 2400))
     >>> round(camera_distance_mm(Rig(camera=Camera(projection="perspective"), device=device)), 1)
     862.9

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 
 from lippmann.errors import FieldProblem, OpticsError, SpecError
+from lippmann.job.optics.rig import MAX_FRAME_PX
 from lippmann.job.resolved import ResolvedJob, add_frame
-from lippmann.job.rig import MAX_FRAME_PX
+from lippmann.job.scenes.stage import Stage
 from lippmann.job.spec import JobSpec
-from lippmann.job.stage import Stage
 from lippmann.optics.lens.stop import f_number
 from lippmann.optics.rig.array import extent_mm
 from lippmann.optics.rig.bench import Bench, bench

@@ -8,9 +8,9 @@ from itertools import pairwise
 from typing import Literal
 
 from lippmann.errors import FieldProblem, OpticsError
-from lippmann.job.rig import LensArray
+from lippmann.job.optics.rig import LensArray
+from lippmann.job.scenes.stage import Stage
 from lippmann.job.spec import JobSpec
-from lippmann.job.stage import Stage
 from lippmann.optics.lens.prescription import rig_lens
 from lippmann.optics.lens.stop import stop_space
 from lippmann.optics.lens.surfaces import CONTACT_GAP_MM, ImagingLens

@@ -9,7 +9,7 @@ import math
 from dataclasses import dataclass
 
 from lippmann.errors import FieldProblem, OpticsError
-from lippmann.job.rig import LensArray
+from lippmann.job.optics.rig import LensArray
 
 
 @dataclass(frozen=True)

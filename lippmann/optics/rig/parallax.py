@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from lippmann.job.rig import Rig
+from lippmann.job.optics.rig import Rig
 from lippmann.optics.rig import array as lattice
 from lippmann.optics.rig.bench import Bench, camera_rays, through_microlens
 from lippmann.optics.rig.disparity import seen_under

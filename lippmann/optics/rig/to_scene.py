@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from lippmann.job.stage import Stage
+from lippmann.job.scenes.stage import Stage
 
 Handedness = Literal["left", "right"]
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lippmann.job.rig import Rig
-from lippmann.job.stage import Stage
+from lippmann.job.optics.rig import Rig
+from lippmann.job.scenes.stage import Stage
 from lippmann.lattice.layout import CellLayout
 from lippmann.lightfield.refocus.shift_and_sum import shifts
 from lippmann.optics.rig.sharp_depth import sharp_depth_mm, view_offsets_mm

@@ -6,10 +6,10 @@ from dataclasses import replace
 from typing import Any
 
 from lippmann.errors import FieldProblem, SpecError
+from lippmann.job.optics.rig import Rig
 from lippmann.job.resolved import ResolvedJob
-from lippmann.job.rig import Rig
+from lippmann.job.scenes.stage import Stage
 from lippmann.job.spec import JobSpec
-from lippmann.job.stage import Stage
 from lippmann.optics.drawing.diagram import draw_bench
 from lippmann.optics.lens.matrices import conjugate
 from lippmann.optics.lens.prescription import chosen_lens

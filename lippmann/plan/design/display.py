@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from lippmann.job.rig import Rig
+from lippmann.job.optics.rig import Rig
+from lippmann.job.scenes.stage import Stage
 from lippmann.job.spec import JobSpec
-from lippmann.job.stage import Stage
 from lippmann.lightfield.sheet.device import device_size
 from lippmann.optics.rig import display
 from lippmann.optics.rig.array import extent_mm

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from lippmann.job.rig import LensArray
+from lippmann.job.optics.rig import LensArray
+from lippmann.job.optics.viewing import GapUse
 from lippmann.job.spec import Display
-from lippmann.job.viewing import GapUse
 from lippmann.optics.rig import display as optics
 
 

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from lippmann.job.stage import Stage
+from lippmann.job.scenes.stage import Stage
 from lippmann.optics.lens.matrices import cardinal_points, conjugate
 from lippmann.optics.lens.stop import f_number
 from lippmann.optics.lens.surfaces import ImagingLens

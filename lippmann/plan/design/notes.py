@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from lippmann.job.scenes.stage import Stage
 from lippmann.job.spec import JobSpec
-from lippmann.job.stage import Stage
 from lippmann.optics.rig.bench import Bench
 from lippmann.optics.rig.display import Resolvable
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from lippmann.errors import LayoutError
-from lippmann.job.rig import LensArray, Rig
+from lippmann.job.optics.rig import LensArray, Rig
+from lippmann.job.optics.viewing import Bare, GapUse, Surround
+from lippmann.job.scenes.stage import Stage
 from lippmann.job.spec import Display
-from lippmann.job.stage import Stage
-from lippmann.job.viewing import Bare, GapUse, Surround
 from lippmann.lightfield.observer.display import LensDisplay
 from lippmann.optics.rig.display import reduced_gap_mm
 from lippmann.plan.design.designer import bench_as_written

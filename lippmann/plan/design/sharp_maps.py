@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from lippmann.job.rig import Rig
-from lippmann.job.stage import Stage
+from lippmann.job.optics.rig import Rig
+from lippmann.job.scenes.stage import Stage
 from lippmann.lattice.layout import CellLayout
 from lippmann.optics.rig.bench import Bench, bench
 from lippmann.optics.rig.disparity import seen_under

@@ -20,8 +20,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Literal
 
+from lippmann.job.optics.rig import MM_PER_INCH, Rig
 from lippmann.job.outputs.prints import CalibrationSheet
-from lippmann.job.rig import MM_PER_INCH, Rig
 from lippmann.lattice.cell import Lattice
 from lippmann.lattice.kinds import CELLS
 from lippmann.plan.printing.shapes import Bar, Shape, TextLine

@@ -8,9 +8,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from lippmann.job.optics.rig import Rig
+from lippmann.job.optics.viewing import GapUse
 from lippmann.job.outputs.prints import PAPERS_MM, Print
-from lippmann.job.rig import Rig
-from lippmann.job.viewing import GapUse
 from lippmann.plan.printing.page import PrintPage
 from lippmann.plan.printing.shapes import Bar, Shape, TextLine, line
 

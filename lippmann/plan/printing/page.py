@@ -12,8 +12,8 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from lippmann.job.optics.rig import MM_PER_INCH
 from lippmann.job.outputs.prints import LABEL_MM, MARKS_MM, Print
-from lippmann.job.rig import MM_PER_INCH
 from lippmann.lattice.layout import CellLayout
 from lippmann.lightfield.sheet.device import device_size
 from lippmann.plan.printing.shapes import Bar, Ring, Shape, TextLine, line

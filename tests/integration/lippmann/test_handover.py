@@ -15,8 +15,8 @@ from tests.farm import ended
 from tests.integration.lippmann.conftest import Up
 from tests.needs import needs_povray
 from worker.images.read import read_rgb
-from worker.tasks.monitor import NullMonitor
-from worker.tasks.render import render_tile
+from worker.tasks.attempts.monitor import NullMonitor
+from worker.tasks.frames.render import render_tile
 
 pytestmark = needs_povray
 

@@ -28,9 +28,9 @@ from tests.tcp_proxy import tcp_proxy
 from tests.waiting import ENOUGH_S, halt
 from tests.waiting import until as soon
 from worker.images.read import read_rgb
-from worker.tasks.assemble import assemble_frame
-from worker.tasks.monitor import NullMonitor
-from worker.tasks.render import render_tile
+from worker.tasks.attempts.monitor import NullMonitor
+from worker.tasks.frames.assemble import assemble_frame
+from worker.tasks.frames.render import render_tile
 
 EXIT_REFUSED = 78
 

@@ -13,8 +13,8 @@ import pytest
 
 from tests.needs import missing
 from tests.waiting import until
+from worker.engines.povray.answers.progress import Phase, Progress
 from worker.engines.povray.command import RenderCommand
-from worker.engines.povray.progress import Phase, Progress
 from worker.engines.povray.render import RenderOutcome, render
 from worker.sandbox.detect import trial
 from worker.sandbox.limits import Limits, TimeLimit, TimeLimits

@@ -24,7 +24,7 @@ from lippmann.errors import (
 )
 from tests.integration.povray.conftest import BALL, ENDLESS_PARSE, ENDLESS_TRACE, HEAD, Room, times_of
 from tests.waiting import until
-from worker.engines.povray.progress import Phase, PovrayProgressReader, Progress
+from worker.engines.povray.answers.progress import Phase, PovrayProgressReader, Progress
 from worker.sandbox.ending import Ending
 from worker.sandbox.limits import Limits
 from worker.sandbox.log import AttemptLog

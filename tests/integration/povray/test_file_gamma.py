@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from worker.images.colour_space import file_colour_space
+from worker.images.foreign.colour_space import file_colour_space
 from worker.untrusted import read_imported
 
 

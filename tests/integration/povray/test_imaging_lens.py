@@ -21,7 +21,7 @@ from lippmann.optics.rig.bench import bench, object_rays, pixel_centres_mm
 from povtemplates.catalogue import INCLUDE_FOLDER
 from tests.builders import local_place, rendered_codes, small_job, stored_job
 from tests.integration.povray.conftest import Room
-from worker.engines.povray.pixels import read_codes
+from worker.engines.povray.pictures.pixels import read_codes
 
 MEDIAN_MM = 0.02
 LARGEST_MM = 0.1

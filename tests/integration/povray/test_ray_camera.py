@@ -17,7 +17,7 @@ from lippmann.optics.rig.pixel_rays import pixel_rays
 from povtemplates.catalogue import INCLUDE_FOLDER
 from tests.builders import local_place, rendered, small_job, stored_job
 from tests.integration.povray.conftest import Room
-from worker.engines.povray.pixels import read_codes
+from worker.engines.povray.pictures.pixels import read_codes
 from worker.engines.povray.ray_camera import ray_camera_region, ray_camera_text, scaffold
 from worker.images.colour import srgb_codes
 from worker.images.read import read_rgb

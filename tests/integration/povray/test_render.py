@@ -11,9 +11,9 @@ import pytest
 from lippmann.errors import PovrayMissing, RenderFailed
 from tests.integration.povray.conftest import BALL, ENDLESS_TRACE, Room
 from worker.engines.engine import Region
-from worker.engines.povray.messages import Statistics, unwrap
-from worker.engines.povray.pixels import read_codes, read_region
-from worker.engines.povray.progress import Phase
+from worker.engines.povray.answers.messages import Statistics, unwrap
+from worker.engines.povray.answers.progress import Phase
+from worker.engines.povray.pictures.pixels import read_codes, read_region
 from worker.sandbox.output import LOG_PROGRESS_S
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lippmann.job.rig import LensArray
+from lippmann.job.optics.rig import LensArray
 from lippmann.optics.lens.dispersion import povray_dispersion
 from lippmann.optics.rig.array import extent_mm
 from lippmann.optics.rig.bench import bench

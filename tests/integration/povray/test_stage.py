@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 import pytest
 
-from lippmann.job.stage import Stage
+from lippmann.job.scenes.stage import Stage
 from lippmann.optics.rig.to_scene import rig_to_scene
 from povtemplates import literals
 from tests.integration.povray.sdl import evaluate

@@ -11,11 +11,11 @@ from lippmann.job.messages.orders import TaskKind
 from lippmann.plan import artifact_names as names
 from tests.builders import order_of, small_job, stored_job, tiles_of
 from worker.settings import WorkerSettings
+from worker.tasks.attempts.monitor import NullMonitor
+from worker.tasks.attempts.workplace import Workplace, workplace
+from worker.tasks.frames.render import render_tile
 from worker.tasks.local import JOB_ID
-from worker.tasks.monitor import NullMonitor
 from worker.tasks.probe import probe_job
-from worker.tasks.render import render_tile
-from worker.tasks.workplace import Workplace, workplace
 
 
 @pytest.fixture

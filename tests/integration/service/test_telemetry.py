@@ -24,13 +24,13 @@ from tests.waiting import until
 from worker.sandbox.sandbox import Sandbox
 from worker.settings import WorkerSettings
 from worker.store.local import LocalStore
-from worker.tasks.attempt import TaskResult, attempt
-from worker.tasks.monitor import ProgressMonitor
-from worker.tasks.workplace import Workplace
+from worker.tasks.attempts.attempt import TaskResult, attempt
+from worker.tasks.attempts.monitor import ProgressMonitor
+from worker.tasks.attempts.workplace import Workplace
 
 _OFF = """
 import sys
-import service.main, worker.tasks.attempt
+import service.main, worker.tasks.attempts.attempt
 from lippmann.telemetry import span, start_telemetry
 start_telemetry("", process="p", instance="i")
 with span("s", job="j") as made:

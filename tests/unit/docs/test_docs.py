@@ -12,7 +12,7 @@ from pydantic import BaseModel
 
 from lippmann.cli.main import app
 from lippmann.job.outputs.output import KINDS
-from lippmann.job.render_settings import RenderSettings
+from lippmann.job.rendering.render_settings import RenderSettings
 from lippmann.job.spec import JobSpec, parse_spec
 from lippmann.job.states import JOB_ACTIONS, JOB_TRANSITIONS, TASK_TRANSITIONS
 from povtemplates.catalogue import scene_folders

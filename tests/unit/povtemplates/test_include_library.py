@@ -13,7 +13,8 @@ from lippmann.optics.lens.surfaces import CONTACT_GAP_MM
 from lippmann.optics.rig import method
 from povtemplates.catalogue import INCLUDE_FOLDER
 from tests.repository import DOCS, ROOT
-from worker.engines.povray import depth_codes, scene
+from worker.engines.povray import scene
+from worker.engines.povray.pictures import depth_codes
 
 LIBRARY = INCLUDE_FOLDER / "lippmann"
 INCLUDES = sorted(LIBRARY.glob("*.inc"))

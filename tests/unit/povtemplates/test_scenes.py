@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from lippmann.errors import BundleError
-from lippmann.job.scene import SCENE_FILE, parse_scene
+from lippmann.job.scenes.scene import SCENE_FILE, parse_scene
 from lippmann.job.spec import JobSpec
 from lippmann.optics.lens.matrices import cardinal_points
 from lippmann.optics.lens.published import ATHINEOS_2006

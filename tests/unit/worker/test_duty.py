@@ -11,7 +11,7 @@ from structlog.testing import capture_logs
 from lippmann.job.messages.events import Closed, Directions, Presence
 from lippmann.job.messages.protocol import OLDEST_PROTOCOL, PROTOCOL
 from lippmann.job.messages.wire import QUEUE, queue_of
-from lippmann.job.workers import JobRequirement, WorkerRequirement
+from lippmann.job.rendering.workers import JobRequirement, WorkerRequirement
 from tests.builders_service import presence
 from worker.duty import SETTLED_TICKS, Duty, first_queue
 from worker.hours import parse_hours

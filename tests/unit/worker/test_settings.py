@@ -6,7 +6,7 @@ import os
 
 import pytest
 
-from lippmann.cli.commands.farm import _set_profile
+from lippmann.cli.commands.farms.farm import _set_profile
 from lippmann.errors import BadInput
 from worker.settings import WorkerSettings
 

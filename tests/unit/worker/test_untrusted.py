@@ -15,8 +15,9 @@ from lippmann.errors import ArtifactBroken, ArtifactMissing, SandboxMissing, Sto
 from lippmann.lightfield.depth.depth_map import CHANNELS
 from tests.bombs import LIES
 from worker import untrusted
-from worker.images import decoder, rows
+from worker.images.bands import rows
 from worker.images.colour import srgb_codes
+from worker.images.foreign import decoder
 from worker.images.read import read_rgb
 from worker.images.write import write_channels, write_exr
 from worker.sandbox.groups import Groups

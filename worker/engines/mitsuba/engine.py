@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lippmann.errors import MitsubaMissing
-from lippmann.job.render_settings import Channel
+from lippmann.job.rendering.render_settings import Channel
 from lippmann.job.resolved import ResolvedJob
 from lippmann.plan.render_cache import RenderSoftware
 from worker.engines.code import code_digest

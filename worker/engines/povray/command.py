@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
-from lippmann.job.render_settings import Antialias
+from lippmann.job.rendering.render_settings import Antialias
 from worker.engines.engine import Region
 
 PictureFormat = Literal["ppm16", "exr"]

@@ -20,15 +20,15 @@ from lippmann.optics.rig.pixel_rays import front_mm, joined, outer_rays, ray_ban
 from lippmann.plan.render_cache import RenderSoftware
 from povtemplates.catalogue import INCLUDE_FOLDER
 from worker.engines.engine import Region, Rendered, Room, SceneUse, Wanted
+from worker.engines.povray.answers.forecast import EndForecast
+from worker.engines.povray.answers.progress import Progress
 from worker.engines.povray.command import SUFFIXES, SYSTEM_INCLUDE, PictureFormat, RenderCommand
-from worker.engines.povray.forecast import EndForecast
-from worker.engines.povray.pixels import read_bands
-from worker.engines.povray.progress import Progress
+from worker.engines.povray.pictures.pixels import read_bands
 from worker.engines.povray.ray_camera import Scaffold, ray_camera_region, ray_camera_text, scaffold
 from worker.engines.povray.render import RenderOutcome, render
 from worker.engines.povray.scene import RAYS_FILE, pov_text
-from worker.engines.povray.scene_files import LINKS_FOLDER, SceneFiles
-from worker.engines.povray.scene_variables import scene_variables
+from worker.engines.povray.scenes.scene_files import LINKS_FOLDER, SceneFiles
+from worker.engines.povray.scenes.scene_variables import scene_variables
 from worker.engines.povray.software import render_software
 from worker.engines.povray.version import check_povray
 

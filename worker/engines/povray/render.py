@@ -8,14 +8,14 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from lippmann.errors import PovrayMissing, RenderFailed
+from worker.engines.povray.answers.diagnosis import Case, diagnose, is_startup_fault
+from worker.engines.povray.answers.messages import Statistics, read_statistics
+from worker.engines.povray.answers.places import ScenePlaces
+from worker.engines.povray.answers.progress import PovrayProgressReader, Progress
 from worker.engines.povray.command import RenderCommand, povray_argv
-from worker.engines.povray.diagnosis import Case, diagnose, is_startup_fault
 from worker.engines.povray.environment import ascii_path, prepare
-from worker.engines.povray.messages import Statistics, read_statistics
-from worker.engines.povray.picture import check_picture, max_picture_bytes
-from worker.engines.povray.places import ScenePlaces
-from worker.engines.povray.progress import PovrayProgressReader, Progress
-from worker.engines.povray.scene_files import SceneFiles
+from worker.engines.povray.pictures.picture import check_picture, max_picture_bytes
+from worker.engines.povray.scenes.scene_files import SceneFiles
 from worker.sandbox.limits import Limits, TimeLimits
 from worker.sandbox.log import AttemptLog
 from worker.sandbox.process import Outcome, run

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lippmann.job.resolved import ResolvedJob
-from lippmann.job.stage import Stage
+from lippmann.job.scenes.stage import Stage
 from lippmann.optics.lens.dispersion import povray_dispersion
 from lippmann.optics.lens.surfaces import ImagingLens, Surface
 from lippmann.optics.rig.bench import Bench, bench

@@ -1,4 +1,4 @@
-"""Readers of the headers of single formats, for `worker.images.header`.
+"""Readers of the headers of single formats, for `worker.images.foreign.header`.
 
 picture     what a header says, and its limits
 tiff        the directories of TIFF, which EXIF is too

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from lippmann.errors import Stopped
 from lippmann.job.outputs.output import OutputOptions
 from lippmann.plan import artifact_names as names
-from worker.tasks.monitor import PartMonitor, ProgressMonitor
+from worker.tasks.attempts.monitor import PartMonitor, ProgressMonitor
 from worker.tasks.outputs.frame_source import FrameSource
 
 Item = TypeVar("Item")

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lippmann.job.outputs.datasets import HciFolder, NpzArrays, SubapertureViews
-from lippmann.job.render_settings import Channel
+from lippmann.job.rendering.render_settings import Channel
 from lippmann.lightfield.views.light_field import eye_slopes, square_places
 from worker.exports.hci_parameters import DISTANCE_MM, Cameras, disparity_range, parameters_cfg
 from worker.exports.netpbm import write_pfm, write_ppm

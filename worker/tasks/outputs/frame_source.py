@@ -1,7 +1,7 @@
 """The frames that outputs are made from: the masters of a job in the store, or files.
 
 Every output is made from the orthoscopic integral images. The other masters (the pseudoscopic capture, all views, the
-image on the pixels of a device) follow from them by the functions that `worker.tasks.assemble` uses.
+image on the pixels of a device) follow from them by the functions that `worker.tasks.frames.assemble` uses.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lippmann.errors import ArtifactBroken, ArtifactMissing, OutputError
-from lippmann.job.channels import CHANNEL_PARTS, objects_in, stored_channels
-from lippmann.job.render_settings import Channel
+from lippmann.job.optics.rig import Rig
+from lippmann.job.rendering.channels import CHANNEL_PARTS, objects_in, stored_channels
+from lippmann.job.rendering.render_settings import Channel
 from lippmann.job.resolved import ResolvedJob
-from lippmann.job.rig import Rig
+from lippmann.job.scenes.stage import Stage
 from lippmann.job.spec import Display
-from lippmann.job.stage import Stage
 from lippmann.lattice.layout import CellLayout
 from lippmann.lightfield.depth.depth_map import CHANNELS, DepthMap
 from lippmann.lightfield.image import IntegralImage
@@ -29,9 +29,9 @@ from lippmann.lightfield.sheet.bands import Rows, Sheet, SheetOfRows
 from lippmann.lightfield.sheet.orthoscopic import orthoscopic
 from lippmann.plan import artifact_names as names
 from lippmann.plan.sampling import display_size
+from worker.images.bands.rows import open_rows
 from worker.images.read import read_attributes, read_channels, read_rgb
-from worker.images.rows import open_rows
-from worker.tasks.artifacts import TaskArtifacts
+from worker.tasks.attempts.artifacts import TaskArtifacts
 
 
 def _unknown(frame: int) -> None:

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lippmann.job.channels import NOTHING
 from lippmann.job.outputs.datasets import ViewsOptions
 from lippmann.job.outputs.view_block import ViewBlock
-from lippmann.job.render_settings import Channel
+from lippmann.job.rendering.channels import NOTHING
+from lippmann.job.rendering.render_settings import Channel
 from lippmann.lightfield.depth.depth_map import CHANNELS, DepthMap
 from lippmann.lightfield.depth.view_depth import estimated_depth
 from lippmann.lightfield.image import IntegralImage

@@ -22,7 +22,7 @@ from lippmann.optics.rig.display import central_depth_plane_mm, viewing_zone_mm
 from lippmann.plan import artifact_names as names
 from lippmann.plan.design.observed_display import observed_display, used_gap_mm
 from worker.images.write import write_png
-from worker.tasks.assemble import on_device
+from worker.tasks.frames.assemble import on_device
 from worker.tasks.outputs.clips import clip_frames
 from worker.tasks.outputs.context import OutputContext
 from worker.tasks.outputs.frame_source import FrameSource

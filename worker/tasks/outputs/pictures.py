@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lippmann.errors import OutputError
-from lippmann.job.frames import parse_frames
+from lippmann.job.animation.frames import parse_frames
+from lippmann.job.fields.problems import FieldError
 from lippmann.job.outputs.pictures import ContactSheet, Epi, PictureOptions, Quilt, Sheets, ViewGrid
-from lippmann.job.problems import FieldError
 from lippmann.lattice.layout import CellLayout
 from lippmann.lightfield.views.epi import epi_of_col, epi_of_row
 from lippmann.lightfield.views.interpolate import spread, spread_views, views_in_row
@@ -26,7 +26,7 @@ from worker.images.density import Density
 from worker.images.drawing import lettering, line_px
 from worker.images.resize import resize
 from worker.images.write import write_png, write_tiff
-from worker.tasks.assemble import on_device
+from worker.tasks.frames.assemble import on_device
 from worker.tasks.outputs.context import OutputContext
 from worker.tasks.outputs.frame_source import FrameSource
 from worker.tasks.outputs.registry import describes, makes

@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from lippmann.job.optics.rig import Rig
 from lippmann.job.outputs.prints import CalibrationSheet, Print
-from lippmann.job.rig import Rig
 from lippmann.lightfield.sheet.device import device_bands
 from lippmann.plan import artifact_names as names
 from lippmann.plan.design.observed_display import gap_in_use
@@ -25,12 +25,12 @@ from lippmann.plan.printing.mounting import Mounting, mounting_sheet
 from lippmann.plan.printing.page import PrintPage, label_of, print_page
 from lippmann.plan.printing.shapes import Shape
 from worker.exports.pdf import Page, Picture, write_pdf
+from worker.images.bands.png import deflated_rows
+from worker.images.bands.rearrange import turned_bands
 from worker.images.colour import srgb_codes
 from worker.images.density import Density
 from worker.images.drawing import paper
 from worker.images.icc import srgb_profile
-from worker.images.png import deflated_rows
-from worker.images.rearrange import turned_bands
 from worker.images.write import write_code_rows
 from worker.tasks.outputs.context import OutputContext
 from worker.tasks.outputs.frame_source import FrameSource

@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from importlib.metadata import version
 from typing import Any
 
+from lippmann.job.optics.rig import Rig
 from lippmann.job.outputs.output import OutputOptions
-from lippmann.job.rig import Rig
 from lippmann.lattice.layout import CellLayout
 from worker.tasks.outputs.frame_source import FrameSource
 

@@ -9,15 +9,15 @@ from typing import Any
 
 import numpy as np
 
+from lippmann.job.optics.rig import Rig
 from lippmann.job.outputs.spoc import Spoc
-from lippmann.job.rig import Rig
 from lippmann.lightfield.sheet.bands import OrthoscopicSheet, Sheet, stitched
 from lippmann.lightfield.sheet.pinholes import PinholeArray
 from lippmann.lightfield.sheet.spoc import SpocSheet
 from lippmann.plan import artifact_names as names
 from lippmann.plan.sampling import display_size
+from worker.images.bands.rows import BAND_PX, all_rows, open_rows
 from worker.images.colour import srgb_codes
-from worker.images.rows import BAND_PX, all_rows, open_rows
 from worker.images.write import write_code_rows, write_exr_rows
 from worker.tasks.outputs.context import OutputContext
 from worker.tasks.outputs.frame_source import FrameSource

@@ -6,8 +6,8 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from lippmann.errors import OutputError
+from lippmann.job.optics.viewing import Stereo
 from lippmann.job.outputs.stereo import AnaglyphVideo, PairOptions, StereoVideo
-from lippmann.job.viewing import Stereo
 from lippmann.lightfield.observer.stereo import eye_pair, together
 from lippmann.lightfield.views.perspective import Eye, perspective
 from lippmann.lightfield.views.square_pixels import as_square

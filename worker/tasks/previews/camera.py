@@ -9,12 +9,12 @@ from pydantic import ValidationError
 
 from lippmann.errors import OutOfMemory, Permanent, SceneError
 from lippmann.job.resolved import ResolvedJob
-from lippmann.job.scene_camera import SceneCamera, followed_stage
-from lippmann.job.stage import Stage
+from lippmann.job.scenes.scene_camera import SceneCamera, followed_stage
+from lippmann.job.scenes.stage import Stage
 from worker.sandbox.log import AttemptLog
-from worker.tasks.monitor import ProgressMonitor
-from worker.tasks.scene_camera import no_camera, read_scene_camera, upright_stage
-from worker.tasks.workplace import Workplace
+from worker.tasks.attempts.monitor import ProgressMonitor
+from worker.tasks.attempts.workplace import Workplace
+from worker.tasks.scenes.scene_camera import no_camera, read_scene_camera, upright_stage
 
 MOST_CAMERAS = 100
 

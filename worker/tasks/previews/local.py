@@ -15,11 +15,11 @@ from lippmann.plan.preview import PreviewRig, PreviewSize, preview_job, rig_numb
 from worker.engines.choose import ENGINES
 from worker.sandbox.limits import TimeLimit
 from worker.settings import WorkerSettings
+from worker.tasks.attempts.monitor import NullMonitor
+from worker.tasks.attempts.workplace import Workplace, workplace
 from worker.tasks.local import local_job
-from worker.tasks.monitor import NullMonitor
 from worker.tasks.previews.camera import KnownCameras
 from worker.tasks.previews.picture import render_preview
-from worker.tasks.workplace import Workplace, workplace
 
 
 @dataclass(frozen=True)

@@ -23,10 +23,10 @@ from worker.images.write import encoded_png
 from worker.sandbox.child import lost_cpu
 from worker.sandbox.limits import Limits, TimeLimit, TimeLimits
 from worker.sandbox.log import AttemptLog
-from worker.tasks.monitor import ProgressMonitor
-from worker.tasks.picture import CPU_PER_SECOND, room_for
+from worker.tasks.attempts.monitor import ProgressMonitor
+from worker.tasks.attempts.workplace import Workplace
+from worker.tasks.frames.picture import CPU_PER_SECOND, room_for
 from worker.tasks.previews.camera import KnownCameras
-from worker.tasks.workplace import Workplace
 
 
 def render_preview(

@@ -26,10 +26,10 @@ from worker.images.read import limit_threads
 from worker.preview_orders import PreviewOrders
 from worker.sandbox.limits import TimeLimit
 from worker.settings import WorkerSettings
-from worker.tasks.attempt import failure_of
+from worker.tasks.attempts.attempt import failure_of
+from worker.tasks.attempts.workplace import Workplace, workplace
 from worker.tasks.previews.camera import KnownCameras
 from worker.tasks.previews.picture import render_preview
-from worker.tasks.workplace import Workplace, workplace
 
 IDLE_S = 600.0
 """The process ends when no order has come for this long: its memory is for others."""

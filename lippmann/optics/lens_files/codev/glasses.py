@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from lippmann.job.glasses import Glass
+from lippmann.job.optics.glasses import Glass
 from lippmann.optics.lens.dispersion import LINE_C_NM, LINE_D_NM, LINE_F_NM
 from lippmann.optics.lens_files.codev.commands import Command
 from lippmann.optics.lens_files.glasses.agf import CatalogueGlass

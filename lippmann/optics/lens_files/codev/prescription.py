@@ -14,8 +14,8 @@ from types import MappingProxyType
 from typing import Any
 
 from lippmann.errors import SpecError
-from lippmann.job.glasses import Glass
-from lippmann.job.rig import MM_PER_INCH
+from lippmann.job.optics.glasses import Glass
+from lippmann.job.optics.rig import MM_PER_INCH
 from lippmann.optics.lens_files.codev.commands import Command, read_commands
 from lippmann.optics.lens_files.codev.glasses import PrivateGlasses
 from lippmann.optics.lens_files.codev.surfaces import TERMS, CodevSurface

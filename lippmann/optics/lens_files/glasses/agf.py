@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 from lippmann.errors import SpecError
-from lippmann.job.glasses import Glass, glass_key
+from lippmann.job.optics.glasses import Glass, glass_key
 from lippmann.optics.lens.dispersion import LINE_C_NM, LINE_D_NM, LINE_F_NM
 from lippmann.optics.lens_files.glasses.dispersion import FORMULA_NAMES, MOST_COEFFICIENTS, refractive_index
 from lippmann.optics.lens_files.lines import finite_number, wrong

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from lippmann.errors import FieldProblem, SpecError
-from lippmann.job.glasses import (
+from lippmann.job.optics.glasses import (
     MAX_NAME,
     SCHOTT,
     Glass,

@@ -12,8 +12,8 @@ import math
 from typing import Any
 
 from lippmann.errors import SpecError
-from lippmann.job.glasses import Glass
-from lippmann.job.rig import MM_PER_INCH
+from lippmann.job.optics.glasses import Glass
+from lippmann.job.optics.rig import MM_PER_INCH
 from lippmann.optics.lens_files.glasses.search import AIR, GAS, GlassSearch, makers_of
 from lippmann.optics.lens_files.lens_file import LensFile
 from lippmann.optics.lens_files.lines import Line

@@ -11,7 +11,7 @@ import pytest
 
 from lippmann.cli import main
 from lippmann.errors import BadInput
-from lippmann.job.rig import Rig
+from lippmann.job.optics.rig import Rig
 from lippmann.lightfield.refocus.ciir import ciir
 from lippmann.lightfield.refocus.depth_focused_view import depth_focused_view
 from lippmann.lightfield.refocus.shift_and_sum import refocus
@@ -23,7 +23,7 @@ from tests.unit.lippmann.local.masters import master_of, rig_of, said_by
 from worker.images.read import read_rgb
 from worker.images.resize import resize
 from worker.images.write import write_exr, write_png
-from worker.tasks.assemble import on_device
+from worker.tasks.frames.assemble import on_device
 
 
 @pytest.fixture(params=["square", "hexagonal"])

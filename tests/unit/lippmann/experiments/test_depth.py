@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from lippmann.experiments import settings
 from lippmann.experiments.figures.depth import Patch, depth_mm, lenses_a_view, movement
 from lippmann.experiments.landmarks import LANDMARKS, rig_place_mm, traced
-from lippmann.job.scene import parse_scene
-from lippmann.job.stage import Stage
+from lippmann.job.scenes.scene import parse_scene
+from lippmann.job.scenes.stage import Stage
 from lippmann.optics.rig.bench import bench
 from lippmann.optics.rig.disparity import exact_disparity
 from lippmann.untrusted.toml_text import read_toml

@@ -12,7 +12,7 @@ from lippmann.experiments.figures.lens_image import image_size, likeness
 from lippmann.experiments.machine import Machine
 from lippmann.experiments.panels import GAP_PX, Panel, cut, enlarged, fitted, write_panels
 from lippmann.experiments.run import FIGURES, run_figure
-from lippmann.local import plot
+from lippmann.local.studies import plot
 from tests.pictures import read_png
 
 MACHINE = Machine(cpu="Pentium 4", cores=1, povray="3.7", date="2006-10-01")

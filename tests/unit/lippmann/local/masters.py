@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from lippmann.cli import main
-from lippmann.job.rig import Rig
+from lippmann.job.optics.rig import Rig
 from lippmann.plan.sampling import display_size
 from tests.unit.lippmann.lightfield.textures import sheet_of_texture, spot
 from worker.images.write import write_exr

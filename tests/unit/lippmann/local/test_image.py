@@ -10,7 +10,7 @@ import pytest
 
 from lippmann import CellLayout, IntegralImage, save_picture
 from lippmann.errors import BadInput, LayoutError
-from lippmann.job.rig import Rig
+from lippmann.job.optics.rig import Rig
 from lippmann.lightfield.depth.depth_map import CHANNELS, DepthMap
 from lippmann.lightfield.sheet.orthoscopic import orthoscopic
 from lippmann.plan.design.observed_display import observed_display

@@ -111,7 +111,7 @@ def test_frames_of_another_size_are_refused_before_one_is_decoded(
             file.write(np.zeros((rows, cols, 3), np.uint8), photometric="rgb", metadata=None)
     words = ["import", str(tmp_path / "a.tif"), *map(str, GRID), "--out", str(tmp_path / "out")]
     if said is not None:
-        monkeypatch.setattr("lippmann.local.import_sheets.read_picture", pytest.fail)
+        monkeypatch.setattr("lippmann.local.importing.import_sheets.read_picture", pytest.fail)
     ran = CliRunner().invoke(app, words)
     assert (ran.exit_code == 0) == (said is None)
     assert said is None or re.search(said, str(ran.exception))

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from lippmann.cli.commands import farm
+from lippmann.cli.commands.farms import farm
 from lippmann.errors import BadInput
 from lippmann.farm.demo import demo_job
-from lippmann.job.rig import Rig
+from lippmann.job.optics.rig import Rig
 from lippmann.job.spec import parse_spec
 from lippmann.local.capture import requested_job
 from lippmann.plan.sampling import frame_size

@@ -6,7 +6,7 @@ import re
 
 import pytest
 
-from lippmann.job.rig import LensArray, Rig
+from lippmann.job.optics.rig import LensArray, Rig
 from lippmann.optics.lens.matrices import cardinal_points, conjugate
 from lippmann.optics.lens.published import IMAGING_LENSES
 from lippmann.optics.lens.stop import f_number

@@ -15,9 +15,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from lippmann.errors import SpecError
+from lippmann.job.optics.rig import Rig
 from lippmann.job.resolved import ResolvedJob
-from lippmann.job.rig import Rig
-from lippmann.job.scene import SceneManifest
+from lippmann.job.scenes.scene import SceneManifest
 from lippmann.job.spec import parse_spec
 from lippmann.optics.lens.prescription import IMAGING_LENSES
 from lippmann.optics.rig.bench import bench

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lippmann.errors import LayoutError
-from lippmann.job.imported_sheets import SheetGeometry
+from lippmann.job.scenes.imported_sheets import SheetGeometry
 from lippmann.lattice.cell import Lattice
 from lippmann.lattice.layout import CellLayout, check_size
 from lippmann.plan.imported import lens_grid

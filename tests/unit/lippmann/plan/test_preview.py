@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from lippmann.errors import SpecError
 from lippmann.job.resolved import ResolvedJob
-from lippmann.job.scene import SceneManifest
+from lippmann.job.scenes.scene import SceneManifest
 from lippmann.optics.rig.array import extent_mm
 from lippmann.plan.preview import BANDS, PreviewJob, PreviewSize, preview_job, rig_numbers
 from tests.builders import small_job

@@ -7,12 +7,12 @@ from typing import Any
 
 import pytest
 
-from lippmann.job.clock import Clock
+from lippmann.job.animation.clock import Clock
 from lippmann.job.messages.orders import TileIndex
 from lippmann.job.resolved import ResolvedJob
-from lippmann.job.scene import Parameter, SceneManifest
+from lippmann.job.scenes.scene import Parameter, SceneManifest
+from lippmann.job.scenes.stage import Stage
 from lippmann.job.spec import parse_spec
-from lippmann.job.stage import Stage
 from lippmann.plan.render_cache import CHANNELS, DEPTH, POV, TILE, RenderSoftware, entry_files, tile_key
 from lippmann.plan.sampling import Tile
 

@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lippmann.job.rig import Rig
+from lippmann.job.optics.rig import Rig
 from lippmann.lattice.layout import CellLayout
 from lippmann.plan.sampling import cut_tiles, display_size, frame_size
 

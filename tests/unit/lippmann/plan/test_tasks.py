@@ -6,10 +6,10 @@ from itertools import pairwise
 
 import pytest
 
-from lippmann.job.clock import Clock
+from lippmann.job.animation.clock import Clock
 from lippmann.job.messages.events import ProbeResult
 from lippmann.job.messages.orders import TaskKind
-from lippmann.job.render_settings import Capture
+from lippmann.job.rendering.render_settings import Capture
 from lippmann.job.resolved import StoredPlan
 from lippmann.job.spec import JobSpec, parse_spec
 from lippmann.plan.cost import COMFORTABLE_PX, COMFORTABLE_S, WORTHWHILE_S, depth_s_per_px

@@ -11,7 +11,7 @@ from sqlalchemy import update
 from lippmann.job.messages.events import Presence, PresenceFault
 from lippmann.job.messages.orders import TaskKind
 from lippmann.job.messages.protocol import PROTOCOL
-from lippmann.job.workers import WorkerRequirement
+from lippmann.job.rendering.workers import WorkerRequirement
 from service.claiming import ClaimWatches
 from service.coordinator.loss_detector import ROUNDS, LossDetector, Sighting
 from service.coordinator.reconciler import FarmView, Reconciler

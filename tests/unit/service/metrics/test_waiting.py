@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import pytest
 from sqlalchemy import update
 
+from lippmann.job.rendering.workers import JobRequirement, WorkerRequirement
 from lippmann.job.states import JobStatus
-from lippmann.job.workers import JobRequirement, WorkerRequirement
 from service.db import farm as farm_rows
 from service.db.farm import WantRow
 from service.db.tables import Job

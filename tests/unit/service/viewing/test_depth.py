@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from lippmann.job.rig import Rig
+from lippmann.job.optics.rig import Rig
 from lippmann.lightfield.depth.depth_map import CHANNELS
 from lippmann.lightfield.depth.view_depth import estimated_depth
 from lippmann.lightfield.views.views import centre

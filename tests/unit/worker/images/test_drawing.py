@@ -19,10 +19,10 @@ from lippmann.errors import OutputError
 from lippmann.plan.printing.shapes import Bar, Ring, Shape, TextLine, line
 from tests.pictures import read_png_16
 from tests.unit.worker.images.pictures import decoded
+from worker.images.bands.png import deflated_rows, write_png_bands
+from worker.images.bands.rearrange import turned_bands
 from worker.images.density import Density
 from worker.images.drawing import paper
-from worker.images.png import deflated_rows, write_png_bands
-from worker.images.rearrange import turned_bands
 
 
 def gradients(rows: int, cols: int, bits: int) -> NDArray[Any]:

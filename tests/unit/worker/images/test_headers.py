@@ -13,8 +13,8 @@ from PIL import Image, ImageOps
 
 from lippmann.errors import ArtifactBroken
 from worker.images.colour import srgb_codes
-from worker.images.header import read_header
-from worker.images.notes import picture_notes
+from worker.images.foreign.header import read_header
+from worker.images.foreign.notes import picture_notes
 from worker.untrusted import picture_codes, read_imported
 
 RNG = np.random.default_rng(1)

@@ -14,7 +14,8 @@ import pytest
 from PIL import Image
 
 from lippmann.errors import ArtifactBroken
-from worker.images import decoder, read
+from worker.images import read
+from worker.images.foreign import decoder
 
 
 @pytest.fixture

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lippmann.errors import OutputError
-from lippmann.job.viewing import Filter
+from lippmann.job.optics.viewing import Filter
 from tests.unit.worker.images.pictures import noise
 from worker.images.resize import resize
 

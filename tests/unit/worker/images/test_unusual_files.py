@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from lippmann.errors import ArtifactBroken
-from worker.images.decoder import Refused, places
-from worker.images.header import read_header
-from worker.images.notes import picture_notes
+from worker.images.foreign.decoder import Refused, places
+from worker.images.foreign.header import read_header
+from worker.images.foreign.notes import picture_notes
 from worker.untrusted import read_imported
 
 RNG = np.random.default_rng(3)

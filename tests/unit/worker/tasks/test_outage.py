@@ -23,9 +23,9 @@ from worker.report import BrokerClient
 from worker.sandbox.sandbox import Sandbox
 from worker.settings import WorkerSettings
 from worker.store.local import LocalStore
-from worker.tasks.attempt import TaskResult, attempt
-from worker.tasks.monitor import ProgressMonitor
-from worker.tasks.workplace import Workplace
+from worker.tasks.attempts.attempt import TaskResult, attempt
+from worker.tasks.attempts.monitor import ProgressMonitor
+from worker.tasks.attempts.workplace import Workplace
 
 ORDER = Order(kind=TaskKind.PROBE, job_id="j", task_id="t", attempt="a1", attempt_number=1)
 

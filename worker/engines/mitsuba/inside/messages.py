@@ -11,9 +11,9 @@ from typing import Annotated, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, model_validator
 
-from lippmann.job.render_settings import Channel
+from lippmann.job.optics.rig import MAX_FRAME_PX
+from lippmann.job.rendering.render_settings import Channel
 from lippmann.job.resolved import ResolvedJob
-from lippmann.job.rig import MAX_FRAME_PX
 
 MAX_LINE_BYTES = 4 << 20
 """The greatest length of a line in either direction."""

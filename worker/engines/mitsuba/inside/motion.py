@@ -13,7 +13,7 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
-from lippmann.job.stage import Stage
+from lippmann.job.scenes.stage import Stage
 from lippmann.optics.rig.to_scene import rig_to_scene
 from worker.engines.mitsuba.inside.channels import object_numbers
 from worker.engines.mitsuba.inside.messages import UnsupportedError

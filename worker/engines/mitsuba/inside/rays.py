@@ -13,7 +13,7 @@ from typing import Any
 import drjit as dr
 import mitsuba as mi
 
-from lippmann.job.stage import Stage
+from lippmann.job.scenes.stage import Stage
 from lippmann.optics.lens.ray import Ray
 from lippmann.optics.rig import array as lattice
 from lippmann.optics.rig.bench import Bench, object_ray, pixel_centres_mm

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lippmann.errors import LayoutError
-from lippmann.job.viewing import EyePath
+from lippmann.job.optics.viewing import EyePath
 from lippmann.lattice.layout import CellLayout
 from lippmann.lightfield.observer.moving_eye import moving_eye
 from lippmann.lightfield.observer.observe import observe, own_share, whole_window

@@ -11,8 +11,8 @@ from xml.etree import ElementTree as ET
 import numpy as np
 import pytest
 
-from lippmann.job.rig import Rig
-from lippmann.job.stage import Stage
+from lippmann.job.optics.rig import Rig
+from lippmann.job.scenes.stage import Stage
 from lippmann.optics.drawing.diagram import WIDTH_PX, draw_bench
 from lippmann.optics.drawing.rays import fan, view_of_lens
 from lippmann.optics.drawing.svg import LETTER_PX, Panel, element, labels, placed_labels, round_length_mm

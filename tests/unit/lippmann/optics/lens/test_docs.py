@@ -7,9 +7,9 @@ import re
 
 import pytest
 
-from lippmann.job.glasses import glass
-from lippmann.job.lens import LensSurface, NamedLens, Prescription
-from lippmann.job.rig import Rig
+from lippmann.job.optics.glasses import glass
+from lippmann.job.optics.lens import LensSurface, NamedLens, Prescription
+from lippmann.job.optics.rig import Rig
 from lippmann.job.spec import parse_spec
 from lippmann.optics.lens.check import check_lens
 from lippmann.optics.lens.field_spots import field_spots

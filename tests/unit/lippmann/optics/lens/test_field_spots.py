@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from lippmann.errors import OpticsError
-from lippmann.job.rig import Rig
+from lippmann.job.optics.rig import Rig
 from lippmann.optics.lens.field_spots import field_spots
 from lippmann.optics.lens.matrices import cardinal_points
 from lippmann.optics.lens.published import IMAGING_LENSES

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from lippmann.errors import OpticsError, SpecError
-from lippmann.job.lens import Prescription
+from lippmann.job.optics.lens import Prescription
 from lippmann.job.spec import parse_spec
 from lippmann.optics.lens.matrices import cardinal_points
 from lippmann.optics.lens.prescription import CONTACT_GAP_MM, ImagingLens, lens_of, prescription_of, rig_lens

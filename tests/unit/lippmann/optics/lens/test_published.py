@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from lippmann.job.glasses import glasses_by_maker
+from lippmann.job.optics.glasses import glasses_by_maker
 from lippmann.optics.lens.dispersion import LINE_C_NM, LINE_D_NM, LINE_F_NM, povray_dispersion, povray_index
 from lippmann.optics.lens.matrices import cardinal_points, matrix_to
 from lippmann.optics.lens.published import COOKE_TRIPLET, IMAGING_LENSES, TRONNIER_1954

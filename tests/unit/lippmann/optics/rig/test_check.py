@@ -8,9 +8,9 @@ import pytest
 
 from lippmann.errors import OpticsError, SpecError
 from lippmann.job.resolved import ResolvedJob
-from lippmann.job.scene import SceneManifest
+from lippmann.job.scenes.scene import SceneManifest
+from lippmann.job.scenes.stage import Stage
 from lippmann.job.spec import JobSpec, parse_spec
-from lippmann.job.stage import Stage
 from lippmann.optics.rig.bench import bench
 from lippmann.optics.rig.check import check_job, check_rig
 from lippmann.optics.rig.method import capture_method

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from lippmann.job.rig import Rig
+from lippmann.job.optics.rig import Rig
 from lippmann.optics.rig.bench import Bench, bench, object_rays
 from lippmann.optics.rig.disparity import exact_disparity, small_angle_disparity
 

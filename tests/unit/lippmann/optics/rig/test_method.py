@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 
 from lippmann.errors import OpticsError
+from lippmann.job.scenes.stage import Stage
 from lippmann.job.spec import parse_spec
-from lippmann.job.stage import Stage
 from lippmann.optics.rig.method import capture_method
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from lippmann.errors import OpticsError
-from lippmann.job.rig import Camera, LensArray, Rig
+from lippmann.job.optics.rig import Camera, LensArray, Rig
 from lippmann.optics.rig.array import lens_centres_mm
 from lippmann.optics.rig.bench import Bench, bench, camera_rays, pixel_centres_mm, through_array
 from lippmann.optics.rig.microlens import microlens

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import griddata
 from scipy.optimize import brentq
 
-from lippmann.job.rig import Rig
+from lippmann.job.optics.rig import Rig
 from lippmann.lightfield.sheet.orthoscopic import orthoscopic
 from lippmann.lightfield.views.views import view
 from lippmann.optics.rig import array as lattice

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from lippmann.job.rig import Rig
+from lippmann.job.optics.rig import Rig
 from lippmann.lightfield.sheet.orthoscopic import orthoscopic
 from lippmann.lightfield.views.views import view, view_numbers
 from lippmann.optics.rig import array as lattice

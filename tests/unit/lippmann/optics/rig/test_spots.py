@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from lippmann.job.rig import Rig
+from lippmann.job.optics.rig import Rig
 from lippmann.optics.lens.matrices import conjugate
 from lippmann.optics.lens.surfaces import ImagingLens
 from lippmann.optics.lens.trace import axis_crossing_mm

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from lippmann.job.stage import Stage
+from lippmann.job.scenes.stage import Stage
 from lippmann.optics.rig.to_scene import rig_to_scene
 
 OBLIQUE = Stage(location=(1, -2, 3), look_at=(4, 2, -1), up=(0.3, 1, 0.2), mm_per_unit=12.5, near_mm=50.0, far_mm=900.0)

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from lippmann.errors import LayoutError
-from lippmann.job.rig import Rig
-from lippmann.job.stage import Stage
+from lippmann.job.optics.rig import Rig
+from lippmann.job.scenes.stage import Stage
 from lippmann.lightfield.refocus.shift_and_sum import checked_shifts
 from lippmann.plan.design.depths import shown_depths
 from lippmann.plan.sampling import display_size

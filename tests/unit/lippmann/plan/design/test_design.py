@@ -14,7 +14,7 @@ from raytracing import DielectricInterface, ImagingPath, Space
 from lippmann.errors import SpecError
 from lippmann.job.presets import JOBS
 from lippmann.job.resolved import ResolvedJob
-from lippmann.job.scene import SceneManifest
+from lippmann.job.scenes.scene import SceneManifest
 from lippmann.job.spec import parse_spec
 from lippmann.optics.lens.prescription import IMAGING_LENSES
 from lippmann.optics.rig.method import Method

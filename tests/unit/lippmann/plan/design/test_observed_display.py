@@ -8,11 +8,11 @@ from typing import Any
 import pytest
 
 from lippmann.errors import LayoutError
+from lippmann.job.optics.rig import Rig
+from lippmann.job.optics.viewing import GapUse
 from lippmann.job.resolved import ResolvedJob
-from lippmann.job.rig import Rig
-from lippmann.job.scene import SceneManifest
+from lippmann.job.scenes.scene import SceneManifest
 from lippmann.job.spec import Display, parse_spec
-from lippmann.job.viewing import GapUse
 from lippmann.optics.rig.display import central_depth_plane_mm
 from lippmann.plan.design.designer import design
 from lippmann.plan.design.observed_display import observed_display, reduced_mm, used_gap_mm

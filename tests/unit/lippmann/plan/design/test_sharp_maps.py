@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from lippmann.job.rig import Rig
-from lippmann.job.stage import Stage
+from lippmann.job.optics.rig import Rig
+from lippmann.job.scenes.stage import Stage
 from lippmann.lightfield.views.views import centre
 from lippmann.optics.rig.sharp_depth import sharp_depth_mm, view_offset_mm
 from lippmann.plan.design.sharp_maps import View, focus_of_estimate, focus_of_point, focus_of_scene, view_of

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from lippmann.job.optics.rig import Rig
 from lippmann.job.outputs.prints import CalibrationSheet
-from lippmann.job.rig import Rig
 from lippmann.plan.printing.calibration_sheet import CalibrationPage, Direction, Strip, calibration_page, moire_mm
 from lippmann.plan.printing.shapes import Bar, TextLine
 from worker.images.drawing import paper

@@ -11,11 +11,11 @@ from pathlib import Path
 
 import pytest
 
-from lippmann.job.render_settings import Channel
+from lippmann.job.rendering.render_settings import Channel
 from lippmann.job.resolved import ResolvedJob
-from lippmann.job.scene import SceneManifest
+from lippmann.job.scenes.scene import SceneManifest
+from lippmann.job.scenes.stage import Stage
 from lippmann.job.spec import parse_spec
-from lippmann.job.stage import Stage
 from tests.needs import missing
 from tests.waiting import until
 from worker.engines.mitsuba.inside.messages import Request

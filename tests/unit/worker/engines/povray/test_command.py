@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lippmann.job.render_settings import Antialias
+from lippmann.job.rendering.render_settings import Antialias
 from worker.engines.engine import Region
 from worker.engines.povray.command import RenderCommand, povray_argv
 

@@ -20,16 +20,16 @@ from hypothesis import strategies as st
 from pydantic.fields import FieldInfo
 
 from lippmann.errors import SpecError
+from lippmann.job.optics.rig import Rig
 from lippmann.job.outputs.output import KINDS
-from lippmann.job.rig import Rig
 from lippmann.lightfield.sheet.orthoscopic import orthoscopic
 from lippmann.optics.rig.check import check_job
 from lippmann.plan import artifact_names as names
 from tests.builders_outputs import GivenJob, given_job
 from worker.images.write import write_exr
-from worker.tasks.assemble import on_device
+from worker.tasks.frames.assemble import on_device
+from worker.tasks.frames.render import header
 from worker.tasks.local import JOB_ID
-from worker.tasks.render import header
 
 MANY = os.environ.get("HYPOTHESIS_PROFILE") == "many"
 

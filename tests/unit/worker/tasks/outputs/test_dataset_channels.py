@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from lippmann.errors import OutputError
-from lippmann.job.channels import channel_attributes, part_names
-from lippmann.job.render_settings import Channel
+from lippmann.job.rendering.channels import channel_attributes, part_names
+from lippmann.job.rendering.render_settings import Channel
 from lippmann.plan import artifact_names as names
 from lippmann.plan.sampling import display_size
 from tests.builders import small_job

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from lippmann.errors import Stopped
+from lippmann.job.optics.rig import Rig
 from lippmann.job.outputs.view_block import all_views, all_views_exist, block_about_the_middle, largest_odd_square
-from lippmann.job.rig import Rig
 from lippmann.lattice.layout import CellLayout
 from lippmann.lightfield.sheet.orthoscopic import orthoscopic
 from lippmann.lightfield.views.light_field import light_field, on_square_pixels

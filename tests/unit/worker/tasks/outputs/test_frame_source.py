@@ -12,7 +12,7 @@ from lippmann.job.spec import JobSpec
 from lippmann.plan import artifact_names as names
 from lippmann.plan.sampling import display_size
 from worker.store.local import LocalStore
-from worker.tasks.attempt import failure_of
+from worker.tasks.attempts.attempt import failure_of
 from worker.tasks.outputs.frame_source import FrameSource
 
 SPEC = JobSpec.model_validate({"scene": "fish", "frames": "1-3", "rig": {"lens_array": {"count": [4, 4]}}})

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from lippmann.errors import SpecError
+from lippmann.job.optics.rig import Rig
 from lippmann.job.outputs.spoc import Spoc
-from lippmann.job.rig import Rig
 from lippmann.lightfield.sheet.pinholes import PinholeArray
 from lippmann.local.image import open_orthoscopic
 from lippmann.plan import artifact_names as names

@@ -16,9 +16,9 @@ from tests.builders_messages import SEALS
 from tests.unit.service.previews.test_choose import job
 from tests.waiting import until
 from worker.preview_orders import PreviewOrders
+from worker.tasks.attempts.workplace import Workplace
 from worker.tasks.previews import serve
 from worker.tasks.previews.serve import PreviewServer, WantedMonitor
-from worker.tasks.workplace import Workplace
 
 
 @pytest.fixture(scope="module")

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from lippmann.errors import SceneError
-from lippmann.job.engines import MITSUBA_FILES
+from lippmann.job.rendering.engines import MITSUBA_FILES
 from lippmann.job.resolved import ResolvedJob
 from worker.engines.mitsuba.inside.scenes.loaded import LoadedScene, SceneFiles
 

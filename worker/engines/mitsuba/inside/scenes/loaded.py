@@ -10,7 +10,7 @@ from typing import Any, Literal
 
 from lippmann.errors import SceneError
 from lippmann.job.resolved import ResolvedJob
-from lippmann.job.stage import Stage
+from lippmann.job.scenes.stage import Stage
 
 Moving = Literal["clock", "stage"]
 MOVING: tuple[Moving, ...] = ("clock", "stage")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from lippmann.errors import SpecError
-from lippmann.job.glasses import Glass, glass
+from lippmann.job.optics.glasses import Glass, glass
 from lippmann.optics.lens_files.codev.commands import read_commands
 from lippmann.optics.lens_files.codev.glasses import MAX_PRIVATE, PrivateGlasses
 from lippmann.optics.lens_files.glasses.search import GlassSearch

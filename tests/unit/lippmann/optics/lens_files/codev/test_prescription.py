@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from lippmann.errors import SpecError
-from lippmann.job.lens import Prescription
+from lippmann.job.optics.lens import Prescription
 from lippmann.optics.lens.matrices import cardinal_points
 from lippmann.optics.lens.prescription import lens_of
 from lippmann.optics.lens.published import TRONNIER_1954

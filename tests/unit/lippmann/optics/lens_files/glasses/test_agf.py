@@ -7,7 +7,7 @@ import math
 import pytest
 
 from lippmann.errors import InvalidText, SpecError
-from lippmann.job.glasses import Glass, glass
+from lippmann.job.optics.glasses import Glass, glass
 from lippmann.optics.lens_files.glasses.agf import MAX_GLASSES, read_agf
 from lippmann.optics.lens_files.glasses.search import GlassSearch, coded_glass
 from lippmann.untrusted.text_lines import MAX_LINES

@@ -7,9 +7,9 @@ from typing import Any
 import pytest
 
 from lippmann.job.resolved import ResolvedJob
-from lippmann.job.scene import SceneManifest
+from lippmann.job.scenes.scene import SceneManifest
+from lippmann.job.scenes.stage import Stage
 from lippmann.job.spec import parse_spec
-from lippmann.job.stage import Stage
 from tests.unit.worker.engines.mitsuba.inside.variant import variant_of_tests
 from worker.engines.mitsuba.inside.messages import Request
 

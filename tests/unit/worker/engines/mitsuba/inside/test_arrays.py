@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from lippmann.job.rig import Rig
+from lippmann.job.optics.rig import Rig
 from lippmann.optics.rig.bench import bench, object_ray, pixel_centres_mm
 from lippmann.optics.rig.pixel_rays import pixel_rays
 

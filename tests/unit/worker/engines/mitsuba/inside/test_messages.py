@@ -8,9 +8,9 @@ from typing import Any
 import pytest
 
 from lippmann.job.resolved import ResolvedJob
-from lippmann.job.scene import SceneManifest
+from lippmann.job.scenes.scene import SceneManifest
+from lippmann.job.scenes.stage import Stage
 from lippmann.job.spec import parse_spec
-from lippmann.job.stage import Stage
 from worker.engines.mitsuba.inside.messages import (
     MAX_LINE_BYTES,
     MAX_MESSAGE,

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from lippmann.job.stage import Stage
+from lippmann.job.scenes.stage import Stage
 from lippmann.optics.rig.to_scene import rig_to_scene
 from worker.engines.mitsuba.inside.messages import Request, UnsupportedError
 from worker.engines.mitsuba.inside.program import Program

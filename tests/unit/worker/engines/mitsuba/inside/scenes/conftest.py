@@ -11,7 +11,7 @@ import pytest
 
 from lippmann.errors import SceneError
 from lippmann.job.resolved import ResolvedJob
-from lippmann.job.scene import SceneManifest, parse_scene
+from lippmann.job.scenes.scene import SceneManifest, parse_scene
 from lippmann.job.spec import parse_spec
 from tests.unit.worker.engines.mitsuba.inside.variant import variant_of_tests
 

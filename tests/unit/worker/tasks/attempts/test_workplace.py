@@ -1,0 +1,39 @@
+"""A workplace finds the sandbox of a bundle and the sheet of a job."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+from pydantic import ValidationError
+
+from lippmann.errors import WorkerOutdated
+from lippmann.plan.artifact_names import JOB_FILE, job_artifact
+from tests.builders import builtin_bundle, local_place, small_job, stored_job
+from tests.unit.worker.tasks.scenes.test_bundle_folder import with_bundle
+from worker.sandbox.bundle import digest_of
+
+
+def test_only_built_in_scenes_and_ones_own_files_do_without_a_sandbox(tmp_path: Path) -> None:
+    place, uploaded = with_bundle(tmp_path)
+    builtin = digest_of(builtin_bundle("target-white"))
+    assert [place.sandbox_for(digest).allow_none for digest in (uploaded, builtin)] == [False, True]
+    assert replace(place, own_files=True).sandbox_for(uploaded).allow_none
+
+
+@pytest.mark.parametrize("change", [{"filter": "b"}, {"clock": {"begin": 0, "end": 1, "loops": 2}}, {"file": 7}])
+def test_a_job_with_a_field_of_a_newer_service_is_left_to_newer_workers(tmp_path: Path, change: dict[str, Any]) -> None:
+    """Without the field, other pixels would be rendered under the same name."""
+    place = local_place(tmp_path)
+    job = stored_job(place, small_job("target-white"))
+    assert place.job_sheet(job.job_id) == job
+    name = job_artifact(job.job_id, JOB_FILE)
+    place.store.put_bytes(name, json.dumps(job.model_dump(mode="json") | change).encode())
+    with pytest.raises(WorkerOutdated, match=f"does not know {next(iter(change))}.* of job.json"):
+        place.job_sheet(job.job_id)
+    place.store.put_bytes(name, b"{")
+    with pytest.raises(ValidationError):
+        place.job_sheet(job.job_id)
