@@ -1,4 +1,4 @@
-"""How the fields of a job are read: types, names, labels and errors.
+"""The fields of a job as they are read: their types, names, labels and errors.
 
 model            the base of all models
 json_types       values keep the types of JSON

@@ -1,4 +1,4 @@
-"""How a job is rendered, and by whom.
+"""The rendering of a job: the capture method, channels, engines, and the workers that may do it.
 
 render_settings  the capture method, antialiasing, tiles and limits of a render
 channels         the channels that are stored beside the colours and the depth

@@ -1,4 +1,4 @@
-"""Where the pictures of a job come from.
+"""The sources of the pictures of a job.
 
 scene            scenes: stage, clock and parameters
 stage            the position of the rig in a scene, and the scale

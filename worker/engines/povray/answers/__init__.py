@@ -1,4 +1,4 @@
-"""What POV-Ray says while it renders, and what it means.
+"""The answers of POV-Ray while it renders, and what they mean.
 
 messages    messages and statistics, unwrapped
 progress    its progress, read from its messages
