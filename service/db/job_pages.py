@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
 
-from sqlalchemy import ColumnElement, Double, case, cast, func, or_, select
+from sqlalchemy import ColumnElement, Double, case, cast, func, literal_column, or_, select
 from sqlalchemy.orm import Session
 
 from lippmann.job.states import JobStatus
@@ -47,15 +47,17 @@ class Position:
 def page(session: Session, query: JobQuery, *, after: Position | None, offset: int, limit: int) -> list[Job]:
     """Return jobs in order, those after a position or after a number of other jobs."""
     value = _value(query)
-    keys = [Job.id] if query.sort is JobSort.CREATED else [value, Job.id]
-    order = [key.asc() if query.ascending else key.desc() for key in keys]
     conditions = _conditions(query)
     if after is not None:
         conditions.append(_is_after(query, value, after))
-    if query.sort is JobSort.CREATED:
-        rows = session.scalars(select(Job).where(*conditions).order_by(*order).offset(offset).limit(limit))
-        return list(rows)
-    # The specification of a job is long, so the ids are sorted without it.
+    is_created = query.sort is JobSort.CREATED
+    if is_created and not (offset or query.search or query.owner or query.seen_by):  # reads few rows beyond the page
+        first = select(Job).where(*conditions).order_by(_ordered(query, Job.id.expression))
+        return list(session.scalars(first.limit(limit)))
+    # The specification of a job is long, so the ids are found and sorted without it: where they can, in the index
+    # `ix_jobs_listed`, which has none. To get the ids in their own order, SQLite would read the rows.
+    keys: list[ColumnElement[Any]] = [Job.id + literal_column("''")] if is_created else [value, Job.id.expression]
+    order = [_ordered(query, key) for key in keys]
     ids = session.scalars(select(Job.id).where(*conditions).order_by(*order).offset(offset).limit(limit)).all()
     found = {row.id: row for row in session.scalars(select(Job).where(Job.id.in_(ids)))}
     return [found[job_id] for job_id in ids if job_id in found]
@@ -72,6 +74,10 @@ def position_of(session: Session, query: JobQuery, row: Job) -> Position:
         return Position(row.id, row.id)
     value = session.scalar(select(_value(query)).where(Job.id == row.id))
     return Position(row.id, value if isinstance(value, str) else float(value or 0.0))
+
+
+def _ordered(query: JobQuery, key: ColumnElement[Any]) -> ColumnElement[Any]:
+    return key.asc() if query.ascending else key.desc()
 
 
 def _conditions(query: JobQuery) -> list[ColumnElement[bool]]:

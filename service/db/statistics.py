@@ -18,6 +18,7 @@ STATISTICS: dict[tuple[str, str], str] = {
     ("jobs", "ix_jobs_background_job"): "10 5",
     ("jobs", "ix_jobs_bundle"): "10000 100",
     ("jobs", "ix_jobs_busy"): "20 5 1",
+    ("jobs", "ix_jobs_listed"): "10000" + 10 * " 1",
     ("tasks", "sqlite_autoindex_tasks_1"): "1000000 100000 1",
     ("tasks", "ix_tasks_job_status"): "1000000 100000 5000 1",
     ("tasks", "ix_tasks_job_stage"): "1000000 100000 5000 2",

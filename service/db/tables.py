@@ -98,7 +98,14 @@ class Job(Base):
         Index("ix_jobs_bundle", "bundle"),
         _partial_index("ix_jobs_busy", "status", "id", where="dispatched + running > 0"),
         _partial_index("ix_jobs_requirement", "status", "requirement", where="requirement <> ''"),
-    )
+        # On SQLite, lists are searched, sorted and counted in it, without the rows, which are long there. Batches of
+        # events write none of its columns, so it costs them nothing. PostgreSQL reads a list without it as fast, and
+        # would write it with every change of a job.
+        Index(
+            "ix_jobs_listed", "title", "scene", "owner", "owner_id", "shared", "status", "background_job", "priority",
+            "frames_total", "id",
+        ).ddl_if(dialect="sqlite"),
+    )  # fmt: skip
 
     id: Mapped[str] = mapped_column(String(32), primary_key=True)
     title: Mapped[str] = mapped_column(String(200))

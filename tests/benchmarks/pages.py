@@ -18,6 +18,7 @@ from sqlalchemy import text
 
 from service.db.tables import Job, Task
 from service.jobs.commands import pause_job, resume_job
+from service.schemas.job import JobSort
 from tests.benchmarks.command import cpu_s
 from tests.broker import Broker
 from tests.builders_service import Farm
@@ -99,6 +100,8 @@ def _service(folder: Path, large: str) -> Iterator[Answered]:
                 "done jobs": "/jobs?status=done",
                 "running jobs": "/jobs?status=running",
                 "jobs, half-way": f"/jobs?cursor={_name(JOBS // 2)}",
+                **{f"jobs by {sort}": f"/jobs?sort={sort}&offset={JOBS // 2}&count=true" for sort in JobSort},
+                "a search": "/jobs?search=copy0999&count=true",
                 "a job": f"/jobs/{large}",
                 "tasks": f"/jobs/{large}/tasks",
                 "waiting tasks": f"/jobs/{large}/tasks?status=waiting",

@@ -6,6 +6,7 @@ import {
   hrefOf,
   isFiltered,
   isNewestFirst,
+  ownersOf,
   parseQuery,
   requestOf,
   SORTS,
@@ -43,4 +44,19 @@ test("a request has the names and the statuses of the API", () => {
 test("the address of a job keeps the filters", () => {
   assert.equal(hrefOf("01h", of("")), "#/jobs/01h");
   assert.equal(hrefOf("01h", of("search=a%20b&sort=cost")), "#/jobs/01h?search=a+b&sort=cost");
+});
+
+test("every owner is offered, each name once, and one's own jobs under one name", () => {
+  const listed = [
+    { owner_id: "k1", name: "zoe" },
+    { owner_id: "k2", name: "ann" },
+    { owner_id: "k3", name: "ann" },
+    { owner_id: "me", name: "laptop" },
+  ];
+  const jobs = [
+    { owner_id: "k9", owner: "shares" },
+    { owner_id: "me", owner: "laptop" },
+  ];
+  assert.deepEqual(ownersOf(listed, jobs, { mine: "me", asked: "gone" }), ["ann", "gone", "shares", "zoe"]);
+  assert.deepEqual(ownersOf([], [], { mine: "me", asked: "me" }), []);
 });

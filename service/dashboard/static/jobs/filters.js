@@ -1,18 +1,13 @@
 // The search, the filters and the order of the list of jobs; all of them are in the address.
 import { html } from "../shared/html.js";
 import { write } from "../shared/address.js";
-import { useKnown } from "../state/store.js";
 import { addressOf, isFiltered, SORTS, STATUSES } from "./list_query.js";
+import { OwnerFilter } from "./owners.js";
 
 const choice = ([value, [title]]) => html`<option key=${value} value=${value}>${title}</option>`;
 
 export function Filters({ query }) {
-  const jobs = useKnown((known) => known.jobs);
-  const session = useKnown((known) => known.session);
   const set = (patch) => write(addressOf({ ...query, ...patch }));
-  const mine = session?.owner_id;
-  const others = new Set(Object.values(jobs).map((job) => job.owner));
-  if (query.owner && query.owner !== mine) others.add(query.owner);
   return html`
     <div class="filters" role="search">
       <input type="search" aria-label="Search jobs" placeholder="Search title, scene, owner, id" maxlength="100"
@@ -21,11 +16,7 @@ export function Filters({ query }) {
         <option value="">All statuses</option>
         ${Object.entries(STATUSES).map(choice)}
       </select>
-      <select aria-label="Owner" value=${query.owner} onChange=${(event) => set({ owner: event.target.value })}>
-        <option value="">All owners</option>
-        ${mine && html`<option value=${mine}>My jobs</option>`}
-        ${[...others].sort().map((owner) => html`<option key=${owner} value=${owner}>${owner}</option>`)}
-      </select>
+      <${OwnerFilter} owner=${query.owner} choose=${(owner) => set({ owner })} />
       <select aria-label="Sort by" value=${query.sort}
         onChange=${(event) => set({ sort: event.target.value, ascending: SORTS[event.target.value][1] })}>
         ${Object.entries(SORTS).map(choice)}

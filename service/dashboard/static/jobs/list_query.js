@@ -72,6 +72,15 @@ export function requestOf(query) {
   };
 }
 
+// The names by which jobs of others are filtered, sorted: those of all owners that the service lists, those of the jobs
+// that are loaded, which may be shared by owners who are not listed, and the one that the address asks for.
+export function ownersOf(listed, jobs, { mine, asked }) {
+  const names = new Set(listed.filter(({ owner_id }) => owner_id !== mine).map(({ name }) => name));
+  for (const job of jobs) if (job.owner_id !== mine) names.add(job.owner);
+  if (asked && asked !== mine) names.add(asked);
+  return [...names].sort((one, other) => one.localeCompare(other));
+}
+
 export const isFiltered = (query) => Boolean(query.search.trim() || query.status || query.owner);
 
 // Whether new jobs come first and nothing else changes the order.
