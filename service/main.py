@@ -125,7 +125,8 @@ def create_app(settings: Settings, parts: Parts, *, clock: Callable[[], float] =
         app.include_router(router, include_in_schema=False)
     if settings.oidc_issuer:
         _add_openid(app, settings, clock)
-    app.include_router(dashboard.router, include_in_schema=False)
+    for router in (dashboard.router, dashboard.help_router):
+        app.include_router(router, include_in_schema=False)
     problems.install(app, page=partial(dashboard.problem_page, settings.path_prefix))
     app.add_middleware(RequestTimes)
     app.add_middleware(HeadAsGet)

@@ -12,7 +12,15 @@ from pathlib import PurePosixPath
 from markdown_it import MarkdownIt
 from markdown_it.token import Token
 
-_PICTURES = frozenset({".png", ".webp", ".svg", ".gif"})
+PICTURES = frozenset({".png", ".webp", ".svg", ".gif"})
+"""The endings of the pictures of pages."""
+_NAME = re.compile(r"[A-Za-z_][\w.]*")
+_SCROLLED = {
+    "<pre>": '<pre tabindex="0">',
+    "<table>": '<div class="table" tabindex="0"><table>',
+    "</table>": "</table></div>",
+}
+"""What may be wider than the screen is scrolled, by keys too. No text of a page has these, which are escaped."""
 
 
 @dataclass(frozen=True)
@@ -39,11 +47,15 @@ def render_page(text: str, *, name: str, pages: Collection[str]) -> Rendered:
     parser = MarkdownIt("commonmark", {"html": False}).enable("table")
     tokens = parser.parse(text)
     headings = _anchor_headings(tokens)
+    _anchor_names(tokens, {anchor for anchor, _ in headings})
     folder = PurePosixPath(name).parent
     for token in tokens:
         if token.children:
             token.children = _lead_links(token.children, folder, pages)
-    return Rendered(parser.renderer.render(tokens, parser.options, {}), headings)
+    body: str = parser.renderer.render(tokens, parser.options, {})
+    for plain, scrolled in _SCROLLED.items():
+        body = body.replace(plain, scrolled)
+    return Rendered(body, headings)
 
 
 def anchor_of(heading: str) -> str:
@@ -72,6 +84,19 @@ def _anchor_headings(tokens: list[Token]) -> tuple[tuple[str, str], ...]:
     return tuple(found)
 
 
+def _anchor_names(tokens: list[Token], taken: set[str]) -> None:
+    """Make an anchor of each name in code in the first column of a table: a field, an option, a setting."""
+    is_first = False
+    for token in tokens:
+        if token.type in ("tr_open", "td_close"):
+            is_first = token.type == "tr_open"
+        if token.type == "inline" and is_first:
+            for child in token.children or ():
+                if child.type == "code_inline" and _NAME.fullmatch(child.content) and child.content not in taken:
+                    taken.add(child.content)
+                    child.attrSet("id", child.content)
+
+
 def _lead_links(tokens: list[Token], folder: PurePosixPath, pages: Collection[str]) -> list[Token]:
     """Return inline tokens whose links lead to the HTML of the other pages, without links that lead nowhere."""
     kept, is_open = list[Token](), list[bool]()
@@ -96,6 +121,6 @@ def _target(href: str, folder: PurePosixPath, pages: Collection[str]) -> str | N
     if not path or path.startswith(("http://", "https://")):
         return href
     if path.endswith("/") or not path.endswith(".md"):
-        return href if PurePosixPath(path).suffix in _PICTURES else None
+        return href if PurePosixPath(path).suffix in PICTURES else None
     name = posixpath.normpath(folder / path.removesuffix(".md"))
     return f"{path.removesuffix('.md')}.html{mark}{anchor}" if name in pages else None

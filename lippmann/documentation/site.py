@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import os
 import shutil
+from collections.abc import Collection
 from html import escape
 from pathlib import Path
 
-from lippmann.documentation.markdown import render_page
+from lippmann.documentation.markdown import PICTURES, render_page
 from lippmann.documentation.pages import INDEX, Page
 
 STYLE = Path(__file__).with_name("style.css")
@@ -18,10 +19,10 @@ _PAGE = """<!doctype html>
 <meta name="viewport" content="width=device-width, initial-scale=1">
 <title>{title} - Lippmann</title>
 <link rel="stylesheet" href="{root}style.css">
-</head>
+{icon}</head>
 <body>
 <nav>
-<p><a href="{root}README.html">Lippmann documentation</a></p>
+{home}<p><a href="{root}README.html">Lippmann documentation</a></p>
 <ul>
 {headings}
 </ul>
@@ -54,10 +55,17 @@ def write_site(folder: Path, pages: tuple[Page, ...], *, source: Path) -> None:
     for page in pages:
         file = page_file(folder, page)
         file.parent.mkdir(parents=True, exist_ok=True)
-        file.write_text(_html(page, names), encoding="utf-8")
-    shutil.copyfile(STYLE, folder / STYLE.name)
-    pictures = shutil.ignore_patterns("*.py", "__pycache__")
-    shutil.copytree(source / "images", folder / "images", ignore=pictures, dirs_exist_ok=True)
+        file.write_text(page_html(page, names), encoding="utf-8")
+    for name, file in site_files(source).items():
+        place = folder / name
+        place.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(file, place)
+
+
+def site_files(source: Path) -> dict[str, Path]:
+    """Return the other files of the site, the style sheet and the pictures, by their names from the site's folder."""
+    pictures = sorted(file for file in (source / "images").rglob("*") if file.suffix in PICTURES)
+    return {STYLE.name: STYLE, **{file.relative_to(source).as_posix(): file for file in pictures}}
 
 
 def page_file(folder: Path, page: Page) -> Path:
@@ -65,8 +73,24 @@ def page_file(folder: Path, page: Page) -> Path:
     return folder / f"{page.name}.html"
 
 
-def _html(page: Page, names: frozenset[str]) -> str:
+def page_html(page: Page, names: Collection[str], *, home: str = "", icon: str = "") -> str:
+    """Return a page as HTML.
+
+    Parameters
+    ----------
+    names
+        The names of all pages.
+    home, icon
+        The URLs of the dashboard and of its icon, where the dashboard serves the page.
+    """
     rendered = render_page(page.file.read_text(encoding="utf-8"), name=page.name, pages=names)
     headings = "\n".join(f'<li><a href="#{anchor}">{escape(text)}</a></li>' for anchor, text in rendered.headings)
     title = "Documentation" if page.name == INDEX else page.title
-    return _PAGE.format(title=escape(title), root="../" * page.name.count("/"), headings=headings, body=rendered.body)
+    return _PAGE.format(
+        title=escape(title),
+        root="../" * page.name.count("/"),
+        icon=f'<link rel="icon" type="image/svg+xml" href="{escape(icon)}">\n' if icon else "",
+        home=f'<p><a href="{escape(home)}">← Dashboard</a></p>\n' if home else "",
+        headings=headings,
+        body=rendered.body,
+    )

@@ -5,6 +5,7 @@ bundle         the modules of the page as one file
 policy         the security headers of pages
 api_reference  the description of the API as the sections of a page
 pages          the pages and the router
+help_pages     the documentation, and its router
 
 `templates/` contains the documents. `static/` contains `app.js`, which starts the page, and a folder for each part:
 
@@ -19,6 +20,7 @@ shared/   markup, formats, and what several parts draw
 vendor/   third-party packages
 """
 
+from service.dashboard.help_pages import router as help_router
 from service.dashboard.pages import problem_page, router
 
-__all__ = ["problem_page", "router"]
+__all__ = ["help_router", "problem_page", "router"]

@@ -85,6 +85,11 @@ def _api(visit: Visit) -> None:
     visit.page.get_by_role("heading").first.wait_for()
 
 
+def _help(visit: Visit) -> None:
+    visit.go("help/job-file.html#rig.lens_array.offset_mm")
+    visit.page.get_by_role("heading", name="The job file").wait_for()
+
+
 def _no_jobs(visit: Visit) -> None:
     visit.log_in()
     visit.go("#/")
@@ -156,6 +161,7 @@ STATES: Mapping[str, Callable[[Visit], None]] = MappingProxyType(
         "login-refused": _login_refused,
         "no-such-page": _no_such_page,
         "api": _api,
+        "help": _help,
         "no-jobs": _no_jobs,
         "new-job": _new_job,
         "job-done": _job_done,

@@ -38,6 +38,13 @@ def test_jobs_pictures_videos_and_the_stream_stay_below_the_path(
     until(lambda: page.get_by_role("img", name="Frame 2, sheet").evaluate(LOADED))
     page.get_by_role("link", name="New job").click()
     until(lambda: page.locator("form img").first.evaluate(LOADED))
+    with page.expect_popup() as opened:
+        page.get_by_role("link", name="More about Offset").click()
+    expect(opened.value).to_have_url(f"{farm.url}/help/job-file.html#rig.lens_array.offset_mm")
+    expect(opened.value.locator("tr:has(:target)")).to_contain_text("positive toward the imaging lens")
+    opened.value.get_by_role("link", name="Dashboard").click()
+    expect(opened.value).to_have_url(f"{farm.url}/")
+    opened.value.close()
     page.get_by_role("button", name="Log out").click()
     expect(page.get_by_label("API key")).to_be_visible()
     watch.complaints.clear()  # of requests that were on their way when the session ended

@@ -45,6 +45,10 @@ test("no field on the form lacks a label or an explanation", () => {
   );
 });
 
+test("every field on the form leads into the documentation", () => {
+  for (const { path, more } of leaves()) assert.equal(more, `job-file.html#${path}`);
+});
+
 test("the device and the display stand together, away from the optics", () => {
   const { first, more } = groupsOf(JOB).find(({ name }) => name === "display");
   assert.deepEqual(

@@ -30,6 +30,7 @@ RULES: dict[str, tuple[str, bool]] = {
     "GET /": (OPEN, False),
     "GET /static/{name:path}": (OPEN, False),
     "GET /docs": (SEE, False),
+    "GET /help/{name:path}": (SEE, False),
     "GET /login": (OPEN, True),
     "POST /login": (OPEN, True),
     "POST /logout": (OPEN, True),

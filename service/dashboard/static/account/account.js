@@ -30,7 +30,9 @@ export function Account() {
           <div><dt>Role</dt><dd>${session.role}</dd></div>
           <div><dt>Owner</dt><dd>${session.owner_id}</dd></div>
         </dl>
-        <p class="quiet">${mayOf(session.role)} Programs use the <a href=${link("/docs")}>API</a>.</p>
+        <p class="quiet">${mayOf(session.role)} Programs use the <a href=${link("/docs")}>API</a>; the
+          ${" "}<a href=${link("/help/")}>documentation</a> explains everything, these
+          ${" "}<a href=${link("/help/keys.html#limits-and-quotas")}>limits</a>, too.</p>
       `
       }
       ${fault && html`<p class="fault" role="alert">${fault} Load the page again in a moment.</p>`}

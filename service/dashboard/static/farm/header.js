@@ -36,7 +36,7 @@ export function Header({ here }) {
           aria-current=${ACCOUNT.includes(here) ? "page" : null}>Account</a>
       `
       }
-      ${session && html`<${ApiPage} />`}
+      ${session && html`<${HelpPage} />`}
       ${session && html`<${LogOut} session=${session} />`}
       ${
         canSubmit &&
@@ -53,7 +53,7 @@ const UNCONFINED = "A worker has no sandbox: it renders only the scenes that com
 
 const confinement = (sandboxes) => (sandboxes?.length ? `Scenes run in: ${sandboxes.join(", ")}` : "");
 
-const ApiPage = () => html`<a class="button plain api" href=${link("/docs")}>API</a>`;
+const HelpPage = () => html`<a class="button plain manual" href=${link("/help/")} target="_blank">Help</a>`;
 
 function LogOut({ session }) {
   const leave = () => logOut().finally(() => location.replace(link("/")));

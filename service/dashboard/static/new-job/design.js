@@ -4,6 +4,8 @@ import { useEffect, useRef, useState } from "preact/hooks";
 import { getSchema, link, postDesign, postDrawing } from "../api/operations.js";
 import { by, bytes, duration, quantity } from "../shared/format.js";
 import { html } from "../shared/html.js";
+import { pageOfNumber } from "./documentation.js";
+import { Documented } from "./documented.js";
 import { words } from "./inputs.js";
 
 // The pause after the last key stroke, so that no request is sent for every digit.
@@ -112,11 +114,12 @@ function Meanings() {
         fields &&
         html`<dl>${facts().map(
           ([field, name]) => html`
-        <div><dt>${name}</dt><dd>${words((fields[field].description || "").replaceAll("\n", " "))}</dd></div>
+        <div><dt><${Documented} page=${pageOfNumber(field)}>${name}<//></dt>
+          <dd>${words((fields[field].description || "").replaceAll("\n", " "))}</dd></div>
       `,
         )}</dl>`
       }
-      <p><a href=${link("/docs#Design")}>All numbers of a design</a></p>
+      <p><a href=${link("/help/designer.html")} target="_blank">All numbers of a design</a></p>
     </details>
   `;
 }

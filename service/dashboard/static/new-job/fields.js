@@ -1,7 +1,8 @@
 // Fields with parts: objects that may be absent, values of several forms, and lists of objects.
 import { useState } from "preact/hooks";
-import { link } from "../api/operations.js";
 import { html } from "../shared/html.js";
+import { pageOfOutput } from "./documentation.js";
+import { Documented } from "./documented.js";
 import { faultsAt, hasFault } from "./faults.js";
 import { Help, Radios, Simple, words } from "./inputs.js";
 import { isSame, valueAt, withValue } from "./job_file.js";
@@ -123,7 +124,11 @@ function Item({ field, item, place, path, form, remove }) {
           Remove
         </button>
       </p>
-      ${one?.tag && html`<p class="help">${words(one.help)} <a href=${link(`/docs#${one.model}`)}>Reference</a></p>`}
+      ${
+        one?.tag &&
+        html`<p class="help">${words(one.help)}
+          <${Documented} page=${pageOfOutput(one.tag)}>More<span class="unseen"> about ${title}</span><//></p>`
+      }
       <${Help} id=${path} said=${faultsAt(form.faults, path, children)} />
       ${
         one &&

@@ -1,4 +1,5 @@
 // The groups of the form for a new job: which field of the job file stands where. Pure: no DOM.
+import { pageOf } from "./documentation.js";
 import { fieldsOf } from "./schema.js";
 
 // A field belongs to the group with the longest path above it. The fields of `first` are always shown, in this order;
@@ -62,7 +63,7 @@ function leavesOf(field, above, owner) {
   if (field.kind === "object" && !field.isOptional) {
     return field.fields.flatMap((inner) => leavesOf(inner, path, field));
   }
-  return [{ ...field, path, section: owner.label, owner: owner.model }];
+  return [{ ...field, path, more: pageOf(path), section: owner.label, owner: owner.model }];
 }
 
 function groupOf(path) {

@@ -1,6 +1,7 @@
 // The inputs of the form: one for each kind of a simple field. Each changes the job at its path.
 import { useState } from "preact/hooks";
 import { html } from "../shared/html.js";
+import { Documented } from "./documented.js";
 import { faultsAt } from "./faults.js";
 import { Slider } from "./slider.js";
 import { isAnimated, isSame, keyframesText, numberOf, numbersOf, textOf, valueAt } from "./job_file.js";
@@ -18,11 +19,13 @@ export function Simple({ field, path, form }) {
   return html`<${Input} ...${{ field, path, form, value, said: faultsAt(form.faults, path) }} />`;
 }
 
-// The explanation of a field, or in its place what is wrong with the value, so that nothing below moves.
-/** @param {{ id: string, text?: string, said?: string[] }} about */
-export function Help({ id, text, said = [] }) {
-  if (said.length) return html`<span class="fault" id="e-${id}">${said.join("; ")}</span>`;
-  return text ? html`<span class="help" id="h-${id}">${words(text)}</span>` : null;
+// The explanation of a field, or in its place what is wrong with the value, so that nothing below moves; and the way to
+// the documentation of the field.
+/** @param {{ id: string, text?: string, said?: string[], more?: string, label?: string }} about */
+export function Help({ id, text, said = [], more, label }) {
+  const way = more && html` <${Documented} page=${more}>More<span class="unseen"> about ${label}</span><//>`;
+  if (said.length) return html`<span class="fault" id="e-${id}">${said.join("; ")}${way}</span>`;
+  return text ? html`<span class="help" id="h-${id}">${words(text)}${way}</span>` : null;
 }
 
 const unitOf = ({ unit }) => unit && html` <span class="quiet">${unit}</span>`;
@@ -55,7 +58,7 @@ function Text({ field, path, form, value, said }) {
         put=${(text) => form.set(path, read(text))} aria-invalid=${said.length ? "true" : null}
         aria-describedby=${described(path, field, said)} />
       ${list && html`<datalist id=${list}>${field.examples.map((one) => html`<option value=${one} />`)}</datalist>`}
-      <${Help} id=${path} text=${field.help} said=${said} />
+      <${Help} ...${{ id: path, text: field.help, said, more: field.more, label: field.label }} />
       ${
         field.slider &&
         typeof shown === "number" &&
@@ -94,7 +97,7 @@ function Numbers({ field, path, form, value, said }) {
     <fieldset class="field wide tuple">
       <legend>${field.label}${unitOf(field)}</legend>
       <div>${field.items.map(input)}</div>
-      <${Help} id=${path} text=${field.help} said=${said} />
+      <${Help} ...${{ id: path, text: field.help, said, more: field.more, label: field.label }} />
     </fieldset>
   `;
 }
@@ -107,7 +110,7 @@ function Flag({ field, path, form, value, said }) {
         <input type="checkbox" checked=${isOn} aria-describedby=${described(path, field, said)}
           onChange=${(event) => form.set(path, event.target.checked)} /> ${field.label}
       </label>
-      <${Help} id=${path} text=${field.help} said=${said} />
+      <${Help} ...${{ id: path, text: field.help, said, more: field.more, label: field.label }} />
     </div>
   `;
 }
@@ -129,7 +132,7 @@ function Choices({ field, path, form, value, said }) {
         onChange=${(event) => put(all[event.target.selectedIndex])}>
         ${all.map((one) => html`<option selected=${isSame(one, chosen)}>${nameOf(one)}</option>`)}
       </select>
-      <${Help} id=${path} text=${field.help} said=${said} />
+      <${Help} ...${{ id: path, text: field.help, said, more: field.more, label: field.label }} />
     </div>
   `;
 }
@@ -148,7 +151,7 @@ export function Radios({ field, path, said, options, put, isChosen }) {
         `,
         )}
       </div>
-      <${Help} id=${path} text=${field.help} said=${said} />
+      <${Help} ...${{ id: path, text: field.help, said, more: field.more, label: field.label }} />
     </fieldset>
   `;
 }
@@ -172,7 +175,7 @@ function Several({ field, path, form, value, said }) {
         `,
         )}
       </div>
-      <${Help} id=${path} text=${field.help} said=${said} />
+      <${Help} ...${{ id: path, text: field.help, said, more: field.more, label: field.label }} />
     </fieldset>
   `;
 }

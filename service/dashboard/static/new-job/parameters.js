@@ -1,5 +1,6 @@
 // The parameters of the chosen scene: a slider for a number with a range, a colour for a colour.
 import { html } from "../shared/html.js";
+import { pageOf } from "./documentation.js";
 import { faultsAt } from "./faults.js";
 import { Help, Simple } from "./inputs.js";
 import { textOf, valueAt } from "./job_file.js";
@@ -32,7 +33,14 @@ function Parameter({ name, about, form }) {
   const path = `parameters.${name}`;
   const value = valueAt(form.job, path);
   const label = labelOf(name, about.unit);
-  const field = { name, label, unit: about.unit, help: about.description, fallback: about.default };
+  const field = {
+    name,
+    label,
+    unit: about.unit,
+    help: about.description,
+    fallback: about.default,
+    more: pageOf("parameters"),
+  };
   const isNumber = about.type === "number" || about.type === "integer";
   if (about.type === "boolean") return html`<${Simple} field=${{ ...field, kind: "flag" }} ...${{ path, form }} />`;
   if (about.type === "color") return html`<${Colour} ...${{ field, path, form, value }} />`;
@@ -53,7 +61,7 @@ function Colour({ field, path, form, value }) {
           onInput=${(event) => form.set(path, event.target.value)} />
         <output>${shown}</output>
       </span>
-      <${Help} id=${path} text=${field.help} said=${said} />
+      <${Help} ...${{ id: path, text: field.help, said, more: field.more, label: field.label }} />
     </div>
   `;
 }

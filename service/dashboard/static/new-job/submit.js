@@ -160,7 +160,7 @@ function Group({ group, form, children }) {
   return html`
     <fieldset class="group">
       <legend>${title}
-        <a class="reference" href=${link(`/docs#${model}`)} aria-label=${`${title} in the reference`}>reference</a>
+        <a class="reference" href=${link(`/docs#${model}`)} target="_blank" aria-label=${`${title} in the reference`}>reference</a>
       </legend>
       ${children}${drawn(first)}
       ${
@@ -169,7 +169,7 @@ function Group({ group, form, children }) {
         <${More} title=${`More: ${more.map(namesOf).join(", ").toLowerCase()}`} isOpen=${hasFault(form.faults, rest)}>
           ${more.map(
             (one) => html`
-            ${one.title && html`<h2><a href=${link(`/docs#${one.model}`)}>${one.title}</a></h2>`}
+            ${one.title && html`<h2><a href=${link(`/docs#${one.model}`)} target="_blank">${one.title}</a></h2>`}
             <div class="parts">${drawn(one.fields)}</div>
           `,
           )}

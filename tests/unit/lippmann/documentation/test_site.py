@@ -79,6 +79,20 @@ def test_headings_have_the_anchors_of_github_and_equal_ones_are_numbered() -> No
     assert '<h3 id="deeper">' in rendered.body
 
 
+def test_names_in_the_first_column_of_a_table_are_anchors_once() -> None:
+    text = "# a\n| field | also |\n|---|---|\n| `rig.f_number`, `fps` | `b` |\n| `fps` | c |\n| `a b` | d |\n"
+    body = render_page(text, name="a", pages=()).body
+    assert re.findall(r'<code(?: id="([^"]*)")?>([^<]*)', body) == [
+        ("rig.f_number", "rig.f_number"), ("fps", "fps"), ("", "b"), ("", "fps"), ("", "a b"),
+    ]  # fmt: skip
+
+
+def test_what_may_be_wider_than_the_screen_is_scrolled_with_the_keyboard() -> None:
+    body = render_page("```\n<pre>\n```\n\n| a |\n|---|\n| b |\n", name="a", pages=()).body
+    assert body.startswith('<pre tabindex="0"><code>&lt;pre&gt;')
+    assert body.count('<div class="table" tabindex="0"><table>') == body.count("</table></div>") == 1
+
+
 def test_a_page_is_found_by_its_name_and_a_wrong_name_gets_a_hint() -> None:
     pages = tuple(Page(name, name, Path(f"{name}.md")) for name in ("README", "printing", "own-scenes"))
     for name in ("printing", "Printing", "printing.md", "docs/printing.md", "printing.html"):
