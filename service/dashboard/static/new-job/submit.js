@@ -155,12 +155,13 @@ function Group({ group, form, children }) {
   const { title, first, more } = group;
   const rest = more.flatMap(({ fields }) => fields.map(({ path }) => path));
   const model = (first[0] || more[0].fields[0]).owner;
+  const label = `${title} in the reference`;
   const drawn = (fields) =>
     fields.map((field) => html`<${Field} key=${field.path} ...${{ field, form }} path=${field.path} />`);
   return html`
     <fieldset class="group">
       <legend>${title}
-        <a class="reference" href=${link(`/docs#${model}`)} target="_blank" aria-label=${`${title} in the reference`}>reference</a>
+        <a class="reference" href=${link(`/docs#${model}`)} target="_blank" aria-label=${label}>reference</a>
       </legend>
       ${children}${drawn(first)}
       ${
