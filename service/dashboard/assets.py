@@ -52,6 +52,7 @@ SHEETS = (
     "new-job/submit.css",
     "new-job/design.css",
     "viewer/viewer.css",
+    "viewer/film_strip.css",
     "account/keys.css",
     "account/account.css",
     "farm/farm.css",

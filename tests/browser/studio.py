@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import tempfile
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -122,7 +122,7 @@ class Studio:
             scratch = Path(folder) / "scratch"
             if order.kind is TaskKind.ASSEMBLE:
                 assert order.frame is not None
-                self._assemble(order.job_id, order.frame, scratch)
+                self.assemble(order.job_id, order.frame, scratch)
             elif order.kind is TaskKind.ENCODE:
                 assert order.output is not None
                 if order.output == "view_grid.png":
@@ -141,7 +141,8 @@ class Studio:
         told = json.dumps({"files": files}).encode()
         self.store.put_bytes(names.job_artifact(job_id, "exports/view_grid.png.json"), told)
 
-    def _assemble(self, job_id: str, frame: int, scratch: Path) -> None:
+    def assemble(self, job_id: str, frame: int, scratch: Path) -> None:
+        """Hand in the pictures of a frame."""
         picture = self._picture(frame, LENSES * PX)
         sheet = ResolvedJob.model_validate_json(self.store.get_bytes(names.job_artifact(job_id, names.JOB_FILE)))
         masters = {
@@ -154,6 +155,15 @@ class Studio:
             self._put(job_id, name, scratch)
         write_thumbnail(scratch, picture)
         self._put(job_id, names.thumb_name(frame), scratch)
+
+    def assemble_alike(self, job_id: str, frames: Sequence[int]) -> None:
+        """Hand in the pictures of the first of some frames for all of them."""
+        with tempfile.TemporaryDirectory() as folder:
+            self.assemble(job_id, frames[0], Path(folder) / "scratch")
+        for name_of in (names.integral_name, names.orthoscopic_name, names.views_name, names.thumb_name):
+            picture = self.store.get_bytes(names.job_artifact(job_id, name_of(frames[0])))
+            for frame in frames[1:]:
+                self.store.put_bytes(names.job_artifact(job_id, name_of(frame)), picture)
 
     def _put(self, job_id: str, name: str, scratch: Path) -> None:
         self.store.put_file(names.job_artifact(job_id, name), scratch)

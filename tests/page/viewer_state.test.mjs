@@ -1,7 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { ahead, ticked } from "../../service/dashboard/static/viewer/clock.js";
-import { itemLike, numbersOf } from "../../service/dashboard/static/viewer/frame_items.js";
 import { Shelf } from "../../service/dashboard/static/viewer/shelf.js";
 import { fromQuery, START, toPatch } from "../../service/dashboard/static/viewer/stand.js";
 import { bounded, FIT, panned, partAt, rectOf, zoomedAt } from "../../service/dashboard/static/viewer/zoom.js";
@@ -109,17 +108,4 @@ test("what failed is loaded again, and what was thrown away before it came is cl
   shelf.drop("a");
   await assert.rejects(promise, /no longer wanted/);
   assert.deepEqual(closed, ["a"]);
-});
-
-test("the pictures of a frame that is not listed are named like those of another", () => {
-  const item = { frame: 6, status: "done", thumb: "/a/0006/thumbs/0006.webp", integral: "/a/integral/0006.exr" };
-  const other = itemLike(item, 12345);
-  assert.equal(other.thumb, "/a/0006/thumbs/12345.webp");
-  assert.equal(other.integral, "/a/integral/12345.exr");
-  assert.deepEqual([other.frame, other.views], [12345, null]);
-  const grid = { numbers: Int32Array.from([1, 2, 9]), statuses: Uint8Array.from([2, 0, 2]) };
-  assert.deepEqual(numbersOf([item], grid, 2), [1, 9]);
-  assert.deepEqual(numbersOf([item], null, 2), [6]);
-  // Statuses that were asked for before the frame was done.
-  assert.deepEqual(numbersOf([{ ...item, frame: 2 }], { ...grid, statuses: new Uint8Array(3) }, 2), [2]);
 });

@@ -85,6 +85,9 @@ export const eventsUrl = `${BASE}/events`;
 // The URL of a path in an answer of the API.
 export const link = (path) => ROOT + path;
 
+// The path of a file of a job, such as thumbs/0001.webp.
+export const artifactPath = (id, name) => `/api/v1/jobs/${encodeURIComponent(id)}/artifacts/${name}`;
+
 // Masters are OpenEXR; this is the URL of the same picture as PNG.
 export const asPng = (path) => `${link(path)}?format=png`;
 

@@ -9,7 +9,7 @@ import { Filters } from "./filters.js";
 import { hrefOf, isFiltered, parseQuery } from "./list_query.js";
 import { Row } from "./row.js";
 import { Several } from "./several.js";
-import { between, visibleRows } from "./windowing.js";
+import { between, visibleRows } from "../shared/windowing.js";
 
 const ROW_PX = 78; // as in jobs/list.css
 

@@ -2,7 +2,7 @@
 // the order changes only while the user holds the list neither by the pointer nor by the keyboard.
 import { getJobs } from "../api/operations.js";
 import { isNewestFirst, requestOf } from "../jobs/list_query.js";
-import { pagesOf } from "../jobs/windowing.js";
+import { pagesOf } from "../shared/windowing.js";
 import { change, fetchJobs, forgetJobs, getState } from "./store.js";
 
 const ROWS_A_PAGE = 50;

@@ -1,24 +1,33 @@
-// The frames that are done, and the paths of their pictures.
+// The frames of a job that are done, what is before and after one of them, and the paths of their pictures.
 
-const PICTURES = ["thumb", "integral", "orthoscopic", "views"];
-const stemOf = (frame) => `/${String(frame).padStart(4, "0")}.`;
+const PICTURES = {
+  thumb: ["thumbs", "webp"],
+  integral: ["integral", "exr"],
+  orthoscopic: ["orthoscopic", "exr"],
+  views: ["views", "exr"],
+};
 
-// The pictures of a frame whose page of the list is not loaded: they are named like those of another frame.
-export function itemLike(item, frame) {
-  const renamed = (path) => {
-    const at = path?.lastIndexOf(stemOf(item.frame)) ?? -1;
-    if (at < 0) return null;
-    return path.slice(0, at) + stemOf(frame) + path.slice(at + stemOf(item.frame).length);
-  };
-  const pictures = Object.fromEntries(PICTURES.map((picture) => [picture, renamed(item[picture])]));
-  return { ...item, ...pictures, frame };
+// The pictures of a frame that is done; `pathOf(name)` is the path of a file of its job.
+export function itemOf(frame, pathOf) {
+  const stem = String(frame).padStart(4, "0");
+  const paths = Object.entries(PICTURES).map(([what, [folder, type]]) => [what, pathOf(`${folder}/${stem}.${type}`)]);
+  return { frame, ...Object.fromEntries(paths) };
 }
 
-// The numbers of the frames that are done: those of the loaded pages, and with the statuses of all frames the others.
-// Either may be older than the other, so a frame is done if one of them says so.
-export function numbersOf(items, grid, done) {
-  const loaded = items.map((item) => item.frame);
-  if (!grid?.numbers.length) return loaded;
-  const known = new Set(loaded);
+// The numbers of the frames that are done: those that a loaded page lists, and with the statuses of all frames the
+// others. Either may be older than the other, so a frame is done if one of them says so.
+export function numbersOf(listed, grid, done) {
+  if (!grid?.numbers.length) return listed;
+  const known = new Set(listed);
   return Array.from(grid.numbers).filter((number, at) => grid.statuses[at] === done || known.has(number));
+}
+
+// The places of a frame, and of the frames before and after it, among the frames that are done. The frame itself may not
+// be done: then its place is -1, and the others are those between which it will be. `order` has all frames of the job.
+export function placesAround(numbers, frame, order) {
+  const at = numbers.indexOf(frame);
+  if (at >= 0) return { at, before: at - 1, after: at + 1 };
+  const earlier = new Set(Array.from(order).slice(0, Math.max(0, order.indexOf(frame))));
+  const after = numbers.filter((number) => earlier.has(number)).length;
+  return { at, before: after - 1, after };
 }

@@ -8,12 +8,13 @@ import { count } from "../shared/format.js";
 import { html } from "../shared/html.js";
 import { isExact } from "./atlases.js";
 import { MODES, TITLES } from "./modes/index.js";
+import { FilmStrip } from "./film_strip.js";
 import { useRecorder } from "./record.js";
 import { Save } from "./save.js";
 import { Screen } from "./screen.js";
 import { TimeBar } from "./time_bar.js";
 import { useAtlas, useAtlases } from "./use_atlas.js";
-import { useDoneFrames } from "./use_frames.js";
+import { useFrames } from "./use_frames.js";
 import { usePlayer } from "./use_player.js";
 import { useStand } from "./use_stand.js";
 import { useFullScreen, useMotionPreference, useSize } from "./use_screen.js";
@@ -25,12 +26,13 @@ const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], Arrow
 const TYPED = "input:not([type=radio], [type=checkbox], [type=range]), select, textarea";
 const CONTROLS = "input, select, button, a, summary";
 const STILL = { isPlaying: false, speed_fps: 8, isLooping: true };
+const NOWHERE = { at: -1, before: -1, after: 0 };
 const ZOOM_STEP = 1.25;
 const PAN_STEP = 0.1;
 
 export function Looker({ job }) {
-  const frames = useDoneFrames(job);
-  if (!frames.items.length) return html`<${Empty} job=${job} />`;
+  const frames = useFrames(job);
+  if (!frames.numbers.length) return html`<${Empty} job=${job} />`;
   return html`<${Look} key=${job.id} job=${job} frames=${frames} />`;
 }
 
@@ -46,8 +48,9 @@ function Empty({ job }) {
       </fieldset>
       <div class="stage"><p class="soon">${job.ended_at ? "Loading …" : "The first frame appears here."}</p></div>
       <fieldset disabled>
-        <${TimeBar} frames=${[]} index=${0} show=${nothing} player=${STILL} isSequence=${job.frames_total > 1} />
+        <${TimeBar} frames=${[]} places=${NOWHERE} show=${nothing} player=${STILL} isSequence=${job.frames_total > 1} />
       </fieldset>
+      ${job.frames_total > 1 && html`<div class="strip"></div>`}
       <div class="bar controls"></div>
     </section>
   `;
@@ -68,19 +71,24 @@ function Look({ job, frames }) {
 
   const { numbers } = frames;
   const frame = stand.frame ?? numbers.at(-1);
-  const index = numbers.indexOf(frame);
+  const places = frames.around(frame);
+  const { at: index, before, after } = places;
   const item = index < 0 ? null : frames.itemOf(frame);
+  const openStatus = frames.openStatus(frame);
   const kind = MODES[stand.mode];
   const wantsWhole = Boolean(kind.needsAll || stand.place || !stand.isSmooth || isSteered);
   const player = usePlayer({
-    index: Math.max(0, index),
+    index: index < 0 ? before : index,
     count: numbers.length,
     show: (place) => change({ frame: numbers[place] }),
     isReady: (place) => (isPainted ? atlases.isLoaded(numbers[place], "first") : !busy.current),
     prepare: (place) => isPainted && atlases.get(numbers[place], "first").catch(() => {}),
   });
   const mayPaint = canPaint && Boolean(kind.paint);
-  const found = useAtlas(atlases, frame, { isPainted: mayPaint, wantsWhole: wantsWhole && !player.isPlaying });
+  const found = useAtlas(atlases, openStatus ? null : frame, {
+    isPainted: mayPaint,
+    wantsWhole: wantsWhole && !player.isPlaying,
+  });
   const { frameViews } = found;
   const isPainted = mayPaint && !(kind.needsAll && frameViews && !isExact(frameViews));
   const views = frameViews ?? found.atlas?.frameViews ?? null;
@@ -97,11 +105,12 @@ function Look({ job, frames }) {
     size: kind.paint ? viewSize : pictureSize,
     room,
     home,
+    absence: openStatus && `Frame ${frame} is ${openStatus}.`,
   };
   // The modes that do not paint see a place, too.
   const asked = views && { ...given, stand: filled };
   const url = asked && kind.query && pictureUrl(job.id, frame, ...kind.query(asked));
-  const label = `Frame ${frame}, ${kind.name}`;
+  const label = `Frame ${frame}, ${openStatus || kind.name}`;
 
   const canvas = () => hand.current?.stage?.querySelector("canvas:not(.empty)");
   const recorder = useRecorder(canvas, `${job.id}-${frame}`);
@@ -133,8 +142,8 @@ function Look({ job, frames }) {
       "=": () => hand.current.zoom(ZOOM_STEP),
       "-": () => hand.current.zoom(1 / ZOOM_STEP),
       0: () => change({ zoom: FIT }),
-      PageUp: () => show(index - 1),
-      PageDown: () => show(index + 1),
+      PageUp: () => show(before),
+      PageDown: () => show(after),
       f: full.toggle,
       " ": player.toggle,
       ...Object.fromEntries(Object.keys(MODES).map((mode, place) => [place + 1, () => choose(mode)])),
@@ -145,7 +154,7 @@ function Look({ job, frames }) {
     event.preventDefault();
     act();
   };
-  const fault = found.fault;
+  const fault = openStatus ? "" : found.fault;
   return html`
     <section ref=${box} class="looker ${full.isOn ? "full" : ""}" aria-label="Picture" onKeyDown=${press}>
       <div class="bar">
@@ -182,7 +191,14 @@ function Look({ job, frames }) {
       />
       ${fault && html`<p class="fault" role="alert">${fault}</p>`}
       <p id="look-hint" class="unseen">${kind.hint}</p>
-      <${TimeBar} frames=${numbers} index=${index} show=${show} player=${player} isSequence=${job.frames_total > 1} />
+      <${TimeBar}
+        frames=${numbers}
+        places=${places}
+        show=${show}
+        player=${player}
+        isSequence=${job.frames_total > 1}
+      />
+      ${job.frames_total > 1 && html`<${FilmStrip} frames=${frames} frame=${frame} places=${places} show=${show} />`}
       <div class="bar controls" data-mode=${stand.mode}>
         ${
           asked &&
@@ -203,7 +219,7 @@ function Look({ job, frames }) {
           `
         }
         <span class="numbers" aria-live=${player.isPlaying ? "off" : "polite"}>
-          Frame ${frame}${asked && ` · ${kind.said({ ...asked, isFree: stand.place === null })}`}
+          Frame ${frame}${openStatus && ` · ${openStatus}`}${asked && ` · ${kind.said({ ...asked, isFree: stand.place === null })}`}
         </span>
       </div>
     </section>

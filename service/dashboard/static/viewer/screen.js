@@ -114,6 +114,7 @@ export function Screen({ given, kind, item, url, label, atlas, isWaiting, isCalm
       onBlur=${() => setFocused(false)}
       ...${gestures}
     >
+      ${given.absence && html`<p class="soon">${given.absence}</p>`}
       ${item?.thumbUrl && html`<img class="poster" src=${item.thumbUrl} alt="" />`}
       ${
         kind.Picture

@@ -3,15 +3,18 @@ import { many } from "../shared/format.js";
 import { html } from "../shared/html.js";
 import { SPEEDS } from "./clock.js";
 
-export function TimeBar({ frames, index, show, player, isSequence }) {
+// `places` are those of the frame that is shown and of its neighbours among `frames`, which are done.
+export function TimeBar({ frames, places, show, player, isSequence }) {
   if (!isSequence) return null;
+  const { at, before, after } = places;
+  const spoken = at < 0 ? "a frame that is not done" : `Frame ${frames[at]}, ${many(frames.length, "frame")}`;
   return html`
     <div class="bar time" role="group" aria-label="Time">
       <button class="play" onClick=${player.toggle} aria-label=${player.isPlaying ? "Pause" : "Play"}>
         ${player.isPlaying ? "❚❚" : "▶"}
       </button>
-      <button onClick=${() => show(index - 1)} disabled=${index <= 0} aria-label="Previous frame">←</button>
-      <button onClick=${() => show(index + 1)} disabled=${index + 1 >= frames.length} aria-label="Next frame">
+      <button onClick=${() => show(before)} disabled=${before < 0} aria-label="Previous frame">←</button>
+      <button onClick=${() => show(after)} disabled=${after >= frames.length} aria-label="Next frame">
         →
       </button>
       <input
@@ -19,9 +22,9 @@ export function TimeBar({ frames, index, show, player, isSequence }) {
         min="0"
         max=${Math.max(1, frames.length - 1)}
         step="1"
-        value=${index}
+        value=${at < 0 ? after : at}
         aria-label="Frame"
-        aria-valuetext=${frames.length ? `Frame ${frames[index]}, ${many(frames.length, "frame")}` : "no frame"}
+        aria-valuetext=${frames.length ? spoken : "no frame"}
         disabled=${frames.length < 2}
         onInput=${(event) => show(event.target.valueAsNumber)}
       />

@@ -1,29 +1,50 @@
 // The frames of a job that can be looked at.
 import { useMemo, useRef } from "preact/hooks";
-import { link } from "../api/operations.js";
-import { STATUSES } from "../jobs/frame_runs.js";
+import { artifactPath, link } from "../api/operations.js";
+import { placeOfFrame, STATUSES } from "../jobs/frame_runs.js";
 import { useKnown } from "../state/store.js";
-import { itemLike, numbersOf } from "./frame_items.js";
+import { itemOf, numbersOf, placesAround } from "./frame_items.js";
 
-// Returns {items, numbers, itemOf}: the frames of the loaded pages; the numbers of all frames that are known to be
-// done; and the paths of the pictures of one of them.
-export function useDoneFrames(job) {
+const DONE = STATUSES.indexOf("done");
+const NONE = { numbers: new Int32Array(0), statuses: new Uint8Array(0) };
+
+// Returns what is known of the frames:
+//   numbers            those that are done, in the order of the job
+//   all                {numbers, statuses} of all frames, without any until they are loaded
+//   itemOf(frame)      the paths of the pictures of a frame that is done
+//   around(frame)      the places among `numbers` of a frame and of its neighbours
+//   openStatus(frame)  the status of a frame that is not done; empty if it is done or not known
+export function useFrames(job) {
   const known = useKnown(({ frames }) => (frames?.job === job.id ? frames : null), [job.id]);
   const grid = useKnown((known) => (known.grid?.job === job.id ? known.grid : null), [job.id]);
-  const last = useRef({ job: null, items: [] });
-  const items = useMemo(() => {
-    const all = (known?.pages ?? []).flatMap((page) => page.items);
-    return all.filter((item) => item.status === "done" && item.orthoscopic);
-  }, [known]);
+  const last = useRef({ job: null, numbers: [] });
+  const numbers = useMemo(() => {
+    const listed = (known?.pages ?? []).flatMap((page) => page.items).filter(({ status }) => status === "done");
+    return numbersOf(
+      listed.map(({ frame }) => frame),
+      grid,
+      DONE,
+    );
+  }, [known, grid]);
   // While the list is loaded again, the frames stay.
-  if (items.length || last.current.job !== job.id) last.current = { job: job.id, items };
+  if (numbers.length || last.current.job !== job.id) last.current = { job: job.id, numbers };
   return useMemo(() => {
-    const shown = last.current.items;
-    const byNumber = new Map(shown.map((item) => [item.frame, item]));
-    const itemOf = (frame) => {
-      const item = byNumber.get(frame) ?? (shown.length ? itemLike(shown[0], frame) : null);
-      return item && { ...item, thumbUrl: item.thumb && link(item.thumb) };
+    const shown = last.current.numbers;
+    const done = new Set(shown);
+    const all = grid ?? NONE;
+    const openStatus = (frame) => {
+      const at = done.has(frame) ? -1 : placeOfFrame(all.numbers, frame);
+      return at < 0 ? "" : STATUSES[all.statuses[at]];
     };
-    return { items: shown, numbers: numbersOf(shown, grid, STATUSES.indexOf("done")), itemOf };
+    return {
+      numbers: shown,
+      all,
+      itemOf: (frame) => {
+        const item = itemOf(frame, (name) => artifactPath(job.id, name));
+        return { ...item, thumbUrl: link(item.thumb) };
+      },
+      around: (frame) => placesAround(shown, frame, all.numbers),
+      openStatus,
+    };
   }, [last.current, grid]);
 }

@@ -1,4 +1,4 @@
-// Which rows of a long list are drawn: those that can be seen, and some around them.
+// Which rows of a long list, or columns of a wide one, are drawn: those that can be seen, and some around them.
 
 const AROUND = 6; // Rows beyond each edge, so that a quick scroll shows no gap.
 

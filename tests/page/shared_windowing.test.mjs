@@ -1,7 +1,7 @@
 // The rows of a long list that are drawn.
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { between, pagesOf, visibleRows } from "../../service/dashboard/static/jobs/windowing.js";
+import { between, pagesOf, visibleRows } from "../../service/dashboard/static/shared/windowing.js";
 
 test("only rows that can be seen, and a few around them, are drawn", () => {
   assert.deepEqual(visibleRows(0, 800, 80, 10_000), [0, 16]);
