@@ -22,8 +22,8 @@ export function numbersOf(listed, grid, done) {
   return Array.from(grid.numbers).filter((number, at) => grid.statuses[at] === done || known.has(number));
 }
 
-// The places of a frame, and of the frames before and after it, among the frames that are done. The frame itself may not
-// be done: then its place is -1, and the others are those between which it will be. `order` has all frames of the job.
+// The places of a frame, and of those before and after it, among the frames that are done. The frame itself may not be
+// done: then its place is -1, and the others are those between which it will be. `order` has all frames of the job.
 export function placesAround(numbers, frame, order) {
   const at = numbers.indexOf(frame);
   if (at >= 0) return { at, before: at - 1, after: at + 1 };

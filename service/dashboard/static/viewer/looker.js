@@ -154,6 +154,7 @@ function Look({ job, frames }) {
     event.preventDefault();
     act();
   };
+  const said = openStatus || (asked && kind.said({ ...asked, isFree: stand.place === null }));
   const fault = openStatus ? "" : found.fault;
   return html`
     <section ref=${box} class="looker ${full.isOn ? "full" : ""}" aria-label="Picture" onKeyDown=${press}>
@@ -219,7 +220,7 @@ function Look({ job, frames }) {
           `
         }
         <span class="numbers" aria-live=${player.isPlaying ? "off" : "polite"}>
-          Frame ${frame}${openStatus && ` · ${openStatus}`}${asked && ` · ${kind.said({ ...asked, isFree: stand.place === null })}`}
+          Frame ${frame}${said && ` · ${said}`}
         </span>
       </div>
     </section>

@@ -1,7 +1,6 @@
 // A film strip: where it is scrolled to, and where keys lead.
 
-// The place to which a strip is scrolled, so that a column and one beside it on either side are seen; it moves as little
-// as it can.
+// The place to which a strip is scrolled, so that a column and those beside it are seen. It moves as little as it can.
 export function scrolledTo(column, left_px, width_px, step_px) {
   const most = (column - 1) * step_px;
   const least = (column + 2) * step_px - width_px;
