@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import io
+import tempfile
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,11 +16,12 @@ from playwright.sync_api import Locator, Page, expect
 
 from lippmann.lattice.layout import CellLayout
 from lippmann.lightfield.views.square_pixels import as_square
-from lippmann.lightfield.views.views import centre, view_numbers
+from lippmann.lightfield.views.views import centre, grid_size, interlace, view_numbers, view_of_grid
 from tests.browser.conftest import Farm, Watch
 from tests.browser.studio import BAR_MM, LENSES, PX, RIG, coded_view
 from tests.waiting import until
 from worker.images.colour import srgb_codes
+from worker.images.write import write_exr
 
 SQUARE = CellLayout(LENSES, LENSES, PX)
 HEXAGONAL = CellLayout(LENSES, LENSES, PX, lattice="hexagonal")
@@ -56,7 +59,7 @@ class Viewer:
 
     @property
     def canvas(self) -> Locator:
-        return self.stage.locator("canvas")
+        return self.stage.locator("canvas:not(.empty)")
 
     def choose(self, name: str) -> None:
         self.page.get_by_role("radio", name=name, exact=True).check()
@@ -90,10 +93,18 @@ def codes(layout: CellLayout, frame: int, u: int, v: int) -> NDArray[Any]:
 def open_frame(page: Page, farm: Farm, log_in: Callable[[], Page]) -> Callable[..., Viewer]:
     """Return how to open the first frame of a small job of some lattice."""
 
-    def go(layout: CellLayout = SQUARE, *, moves: bool = False, query: str = "pixels=1") -> Viewer:
+    def go(
+        layout: CellLayout = SQUARE,
+        *,
+        moves: bool = False,
+        query: str = "pixels=1",
+        sheet: NDArray[np.float32] | None = None,
+    ) -> Viewer:
         rig = RIG | {"lens_array": {"count": [LENSES, LENSES], "lattice": layout.lattice}}
         job_id = farm.submit(rig=rig, frames="1-2", outputs=[])
         until(lambda: farm.service.status(job_id) == "done")
+        if sheet is not None:
+            _replace(farm, f"{job_id}/orthoscopic/0001.exr", sheet)
         page.emulate_media(reduced_motion="no-preference" if moves else "reduce")
         page.set_viewport_size({"width": 900, "height": 600})  # Without a graphics card every pixel costs.
         log_in()
@@ -101,6 +112,13 @@ def open_frame(page: Page, farm: Farm, log_in: Callable[[], Page]) -> Callable[.
         return Viewer(page, layout)
 
     return go
+
+
+def _replace(farm: Farm, name: str, light: NDArray[np.float32]) -> None:
+    with tempfile.NamedTemporaryFile(suffix=".exr") as file:
+        write_exr(Path(file.name), light, attributes={})
+        farm.studio.store.delete(name)
+        farm.studio.store.put_file(name, Path(file.name))
 
 
 def test_the_scene_follows_the_hand_and_a_link_shows_the_same_pixels(open_frame: Callable[..., Viewer]) -> None:
@@ -185,6 +203,47 @@ def test_what_the_graphics_card_focuses_is_what_the_service_focuses(
     assert shown[0][..., 2].max() > shown[1][..., 2].max() + 40
 
 
+PFM = "image/x-portable-floatmap"
+BAR_WIDTH, BAR_STEP = 2, 2
+"""The width of a bar and how far it moves against the eye from view to view, in lenses."""
+
+
+def _near_bar() -> NDArray[np.float32]:
+    """Return a sheet with a blue bar so near that plain mixing of neighbouring views would show it twice."""
+    grid = np.zeros((*grid_size(SQUARE), 3), dtype=np.float32)
+    for u, v in view_numbers(SQUARE):
+        seen = view_of_grid(grid, SQUARE, u, v)
+        seen[..., 0] = 0.2
+        first = LENSES // 2 - BAR_STEP * (u - PX // 2)
+        seen[:, max(0, first) : max(0, first + BAR_WIDTH), 2] = 1
+    return interlace(grid, SQUARE)
+
+
+def _near_depths() -> bytes:
+    """Return the depth map of its central view."""
+    depths_mm = np.zeros((LENSES, LENSES), dtype="<f4")
+    depths_mm[:, LENSES // 2 : LENSES // 2 + BAR_WIDTH] = BAR_STEP * BAR_MM
+    return f"Pf\n{LENSES} {LENSES}\n-1.0\n".encode() + depths_mm.tobytes()
+
+
+@pytest.mark.parametrize("u", [3.5, 3.25])
+def test_between_views_a_near_bar_is_one_sharp_bar_where_it_is(
+    u: float, page: Page, open_frame: Callable[..., Viewer]
+) -> None:
+    page.route("**/depth.map*", lambda route: route.fulfill(body=_near_depths(), content_type=PFM))
+    x, y = (2 * number / (PX - 1) - 1 for number in (u, PX // 2))
+    viewer = open_frame(query=f"pixels=1&x={x:.5f}&y={y:.5f}", sheet=_near_bar())
+    expect(viewer.canvas).to_be_visible()
+    _steady(viewer)
+    codes = viewer.pixels()[LENSES // 2, :, 2] / 255
+    light = np.where(codes <= 0.04045, codes / 12.92, ((codes + 0.055) / 1.055) ** 2.4)
+    middle = float((light * np.arange(LENSES)).sum() / light.sum())
+    expected = LENSES // 2 + (BAR_WIDTH - 1) / 2 + BAR_STEP * (PX // 2 - u)
+    assert abs(middle - expected) <= 0.25
+    assert abs(light.sum() - BAR_WIDTH) <= 0.25
+    assert np.count_nonzero(light > 0.05) <= BAR_WIDTH + 1, light.round(2)
+
+
 def test_the_free_eye_sways_and_follows_the_pointer_until_somebody_takes_over(
     open_frame: Callable[..., Viewer],
 ) -> None:
@@ -209,21 +268,40 @@ def test_the_free_eye_sways_and_follows_the_pointer_until_somebody_takes_over(
     _steady(viewer)
 
 
-def test_without_webgl_and_when_it_is_lost_the_service_s_own_pictures_are_shown(
+LOSE = """canvas => {
+  window.loss = canvas.getContext("webgl2").getExtension("WEBGL_lose_context");
+  window.loss.loseContext();
+}"""
+
+
+def test_without_webgl_and_while_it_is_lost_the_service_s_own_pictures_are_shown(
     page: Page, farm: Farm, open_frame: Callable[..., Viewer]
 ) -> None:
-    viewer = open_frame()
-    u, v = centre(SQUARE)
-    until(lambda: viewer.shows(codes(SQUARE, 1, u, v)))
-    viewer.canvas.evaluate("canvas => canvas.getContext('webgl2').getExtension('WEBGL_lose_context').loseContext()")
+    viewer = open_frame(query="pixels=1&x=-0.2&y=0.1")
+    u, v = 3, 4
+    expect(viewer.canvas).to_be_visible()
+    before, told = _steady(viewer), viewer.stage.locator(".told")
+    expect(told).to_be_empty()
+    viewer.canvas.evaluate(LOSE)
+    expect(told).to_contain_text("lost the graphics card")
     expect(page.get_by_role("button", name="Follow")).to_have_count(0)
     until(lambda: viewer.shows(codes(SQUARE, 1, u, v), within=0))
+    page.evaluate("window.loss.restoreContext()")
+    expect(told).to_be_empty()
+    until(lambda: viewer.canvas.count() == 1 and _steady(viewer) == before)
+    # A mode that does not paint, opened meanwhile, does not keep the loss.
+    viewer.canvas.evaluate(LOSE)
+    expect(told).to_contain_text("lost the graphics card")
+    viewer.choose("Sheet")
+    viewer.choose("Look")
+    until(lambda: viewer.canvas.count() == 1 and _steady(viewer) == before)
     page.add_init_script(NO_WEBGL)
     page.reload()
+    expect(told).to_contain_text("Without WebGL2")
     until(lambda: viewer.shows(codes(SQUARE, 1, u, v), within=0))
     viewer.stage.focus()
-    page.keyboard.press("ArrowLeft")
-    until(lambda: viewer.shows(codes(SQUARE, 1, u + 1, v), within=0))
+    page.keyboard.press("ArrowRight")
+    until(lambda: viewer.shows(codes(SQUARE, 1, u - 1, v), within=0))
     page.get_by_role("button", name="Play").click()
     page.wait_for_url("**frame=2**")
     page.get_by_role("button", name="Pause").click()

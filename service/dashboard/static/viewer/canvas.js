@@ -11,38 +11,63 @@ const SLOW_FRAMES = 3;
 const LEAST_DETAIL = 0.35;
 const REST_MS = 140; // A picture that has not moved for so long is drawn exactly.
 
+// Whether WebGL2 draws: it does; it did, and may again; or it is not available.
+export const GRAPHICS = { there: "there", lost: "lost", missing: "missing" };
+export const WITHOUT_GRAPHICS = {
+  lost: "The browser has lost the graphics card. The service makes the pictures until it is back.",
+  missing: "Without WebGL2 the service makes the pictures.",
+};
+
 // `step(now_ms)` moves the eye and returns whether it goes on; `paint(painter)` draws; `draw` is a ref that gets the
-// function which asks for another screen frame; `onLost` is called if WebGL2 is not available.
-export function ViewCanvas({ atlas, label, zoom, step, paint, draw, isWaiting, isRecorded, onLost }) {
+// function which asks for another screen frame; `onGraphics` is called with a state of GRAPHICS when it changes. While
+// WebGL2 is lost the canvas is hidden, and waits for the browser to restore it.
+export function ViewCanvas({ atlas, guide, label, zoom, step, paint, draw, isWaiting, isRecorded, onGraphics }) {
   const canvas = useRef(null);
   const painter = useRef(null);
   const now = useRef(null);
   const pace = useRef({ cuts: 0, slow: 0, last_ms: null, rest: null });
-  now.current = { step, paint, onLost, zoom, isRecorded };
+  now.current = { step, paint, onGraphics, zoom, isRecorded };
 
   useLayoutEffect(() => {
-    const lost = (event) => {
-      event.preventDefault();
-      now.current.onLost();
-    };
     const node = canvas.current;
-    node.addEventListener("webglcontextlost", lost);
-    try {
-      painter.current = new Painter(node);
-      if (painter.current.isSoftware) pace.current.cuts = 1;
-    } catch {
-      now.current.onLost();
-    }
+    let isLost = false;
+    const begin = () => {
+      try {
+        painter.current = new Painter(node);
+        if (painter.current.isSoftware) pace.current.cuts = 1;
+        return GRAPHICS.there;
+      } catch {
+        return GRAPHICS.missing;
+      }
+    };
+    // Without preventDefault the browser would not restore it.
+    const lose = (event) => {
+      event.preventDefault();
+      isLost = true;
+      painter.current = null;
+      now.current.onGraphics(GRAPHICS.lost);
+    };
+    // Everything on the card is gone, so that it is made again; the atlas comes with the next properties.
+    const restore = () => {
+      isLost = false;
+      now.current.onGraphics(begin());
+    };
+    node.addEventListener("webglcontextlost", lose);
+    node.addEventListener("webglcontextrestored", restore);
+    if (begin() === GRAPHICS.missing) now.current.onGraphics(GRAPHICS.missing);
     return () => {
-      node.removeEventListener("webglcontextlost", lost);
+      node.removeEventListener("webglcontextlost", lose);
+      node.removeEventListener("webglcontextrestored", restore);
       clearTimeout(pace.current.rest);
       painter.current?.close();
+      if (isLost) now.current.onGraphics(GRAPHICS.there); // The next canvas begins anew.
       painter.current = null;
     };
   }, []);
   useLayoutEffect(() => {
     if (atlas) painter.current?.load(atlas.frameViews, atlas.bitmap);
   }, [atlas]);
+  useLayoutEffect(() => painter.current?.guide(atlas && guide), [atlas, guide]);
 
   const show = (isMoving) => {
     const { frameViews } = painter.current;

@@ -63,6 +63,10 @@ export function gradientOf(deepest_mm, steps = 16) {
   return `linear-gradient(to right, ${stops.join(", ")})`;
 }
 
+const TOUCHED = 0.25; // A pixel of which a surface covers more than this shows it.
+const first = (place) => Math.floor(place + TOUCHED);
+const last = (place) => Math.ceil(place - TOUCHED);
+
 // The depth map as another eye sees it: `away` is [right, down], the views between that eye and that of the map, and
 // `lenses_per_mm` the pixels that a surface moves against the eye, per view and mm. What is nearer hides what is behind
 // it, and what comes out from behind has the depth of the farther neighbour.
@@ -73,10 +77,14 @@ export function seenFrom({ rows, cols, depths_mm }, away, lenses_per_mm) {
   for (let row = 0; row < rows; row++) {
     for (let col = 0; col < cols; col++) {
       const depth_mm = depths_mm[row * cols + col];
-      const [to_row, to_col] = [Math.round(row - depth_mm * down), Math.round(col - depth_mm * across)];
-      if (!(to_row >= 0 && to_row < rows && to_col >= 0 && to_col < cols)) continue;
-      const to = to_row * cols + to_col;
-      if (depth_mm > seen[to]) seen[to] = depth_mm;
+      const [to_row, to_col] = [row - depth_mm * down, col - depth_mm * across];
+      const [bottom, right] = [Math.min(rows - 1, last(to_row)), Math.min(cols - 1, last(to_col))];
+      for (let at_row = Math.max(0, first(to_row)); at_row <= bottom; at_row++) {
+        for (let at_col = Math.max(0, first(to_col)); at_col <= right; at_col++) {
+          const to = at_row * cols + at_col;
+          if (depth_mm > seen[to]) seen[to] = depth_mm;
+        }
+      }
     }
   }
   for (let row = 0; row < rows; row++) fillGaps(seen.subarray(row * cols, (row + 1) * cols), depths_mm, row * cols);

@@ -1,10 +1,10 @@
 // The depth map over a picture, with its legend in mm; it follows the eye.
 import { useLayoutEffect, useRef } from "preact/hooks";
-import { getNumbers } from "../api/operations.js";
 import { useRequest } from "../api/request.js";
 import { quantity } from "../shared/format.js";
 import { html } from "../shared/html.js";
-import { deepestShown, gradientOf, overlayPixels, parsePfm, seenFrom } from "./depth_map.js";
+import { deepestShown, gradientOf, overlayPixels, seenFrom } from "./depth_map.js";
+import { depthMaps } from "./depth_shelf.js";
 import { numbersAt } from "./views.js";
 
 const PAUSE_MS = 150;
@@ -26,7 +26,7 @@ export const DepthToggle = ({ stand, change }) => html`
 /** @param {{frameViews: any, stand: any, styleOf: any, follow: any, movesEye: boolean}} properties */
 export function DepthOverlay({ frameViews, stand, styleOf, follow, movesEye }) {
   const url = frameViews && stand.showsDepth ? frameViews.depth_map.url : null;
-  const found = useRequest(url, async (signal) => parsePfm(await getNumbers(url, signal)), PAUSE_MS);
+  const found = useRequest(url, () => depthMaps.get(url), PAUSE_MS);
   if (!url) return null;
   const size = { width: frameViews.view_cols, height: frameViews.view_rows };
   const map = found.value?.rows === size.height && found.value.cols === size.width ? found.value : null;

@@ -7,6 +7,7 @@ import { Choice } from "../shared/choice.js";
 import { count } from "../shared/format.js";
 import { html } from "../shared/html.js";
 import { isExact } from "./atlases.js";
+import { GRAPHICS } from "./canvas.js";
 import { MODES, TITLES } from "./modes/index.js";
 import { FilmStrip } from "./film_strip.js";
 import { useRecorder } from "./record.js";
@@ -16,6 +17,7 @@ import { TimeBar } from "./time_bar.js";
 import { useAtlas, useAtlases } from "./use_atlas.js";
 import { useFrames } from "./use_frames.js";
 import { usePlayer } from "./use_player.js";
+import { useGuide } from "./use_guide.js";
 import { useStand } from "./use_stand.js";
 import { useFullScreen, useMotionPreference, useSize } from "./use_screen.js";
 import { useTilt } from "./use_tilt.js";
@@ -58,7 +60,7 @@ function Empty({ job }) {
 
 function Look({ job, frames }) {
   const { stand, change } = useStand(job.id);
-  const [canPaint, setCanPaint] = useState(true);
+  const [graphics, setGraphics] = useState(GRAPHICS.there);
   const [isSteered, setSteered] = useState(false); // The hand has moved the eye.
   const [pictureSize, setPictureSize] = useState(null);
   const box = useRef(null);
@@ -84,12 +86,13 @@ function Look({ job, frames }) {
     isReady: (place) => (isPainted ? atlases.isLoaded(numbers[place], "first") : !busy.current),
     prepare: (place) => isPainted && atlases.get(numbers[place], "first").catch(() => {}),
   });
-  const mayPaint = canPaint && Boolean(kind.paint);
+  const mayPaint = graphics === GRAPHICS.there && Boolean(kind.paint);
   const found = useAtlas(atlases, openStatus ? null : frame, {
     isPainted: mayPaint,
     wantsWhole: wantsWhole && !player.isPlaying,
   });
   const { frameViews } = found;
+  const { guide, isWaiting } = useGuide(found.atlas, Boolean(kind.movesEye && wantsWhole && !player.isPlaying));
   const isPainted = mayPaint && !(kind.needsAll && frameViews && !isExact(frameViews));
   const views = frameViews ?? found.atlas?.frameViews ?? null;
   const viewSize = views && { width: views.view_cols, height: views.view_rows };
@@ -180,14 +183,16 @@ function Look({ job, frames }) {
         url=${url}
         label=${label}
         atlas=${isPainted ? found.atlas : null}
-        isWaiting=${found.isWaiting}
+        guide=${guide}
+        isWaiting=${found.isWaiting || isWaiting}
         isCalm=${isCalm}
         isFull=${full.isOn}
         isRecorded=${recorder.isOn}
         hand=${hand}
         onSteer=${() => isSteered || setSteered(true)}
         busy=${busy}
-        onLost=${() => setCanPaint(false)}
+        graphics=${graphics}
+        onGraphics=${setGraphics}
         onSize=${setPictureSize}
       />
       ${fault && html`<p class="fault" role="alert">${fault}</p>`}

@@ -1,7 +1,7 @@
 // The stage of the viewer: the picture of the mode, and the hand that turns, moves and enlarges it.
 import { useLayoutEffect, useRef, useState } from "preact/hooks";
 import { html } from "../shared/html.js";
-import { ViewCanvas } from "./canvas.js";
+import { GRAPHICS, ViewCanvas, WITHOUT_GRAPHICS } from "./canvas.js";
 import { Eye } from "./eye.js";
 import { useGestures } from "./gestures.js";
 import { hovered, turned } from "./motion.js";
@@ -10,8 +10,8 @@ import { rounded, roundedPlace } from "./stand.js";
 import { panned, partAt, rectOf, zoomedAt } from "./zoom.js";
 
 // `hand` is a ref through which the keys of the viewer move eye and zoom.
-export function Screen({ given, kind, item, url, label, atlas, isWaiting, isCalm, ...rest }) {
-  const { isFull, isRecorded, hand, busy, onLost, onSize, onSteer } = rest;
+export function Screen({ given, kind, item, url, label, atlas, guide, isWaiting, isCalm, ...rest }) {
+  const { isFull, isRecorded, hand, busy, graphics, onGraphics, onSize, onSteer } = rest;
   const { stand, change, isPainted, size, room } = given;
   const stage = useRef(null);
   const draw = useRef(() => {});
@@ -117,33 +117,41 @@ export function Screen({ given, kind, item, url, label, atlas, isWaiting, isCalm
       ${given.absence && html`<p class="soon">${given.absence}</p>`}
       ${item?.thumbUrl && html`<img class="poster" src=${item.thumbUrl} alt="" />`}
       ${
-        kind.Picture
-          ? html`
-              <${kind.Picture} ...${given} item=${item} label=${label} styleOf=${styleOf} onSize=${onSize}
-                busy=${busy} />
-            `
-          : isPainted
-            ? html`<${ViewCanvas}
-                atlas=${atlas}
-                label=${label}
-                zoom=${stand.zoom}
-                step=${step}
-                paint=${(painter) => kind.paint(painter, eye.current.place, stand, given)}
-                draw=${draw}
-                isRecorded=${isRecorded}
-                isWaiting=${isWaiting}
-                onLost=${onLost}
-              />`
-            : url &&
-              html`<${RemotePicture}
-                url=${url}
-                label=${label}
-                isSmooth=${stand.isSmooth || !kind.paint}
-                styleOf=${styleOf}
-                onSize=${onSize}
-                busy=${busy}
-              />`
+        kind.Picture &&
+        html`
+          <${kind.Picture} ...${given} item=${item} label=${label} styleOf=${styleOf} onSize=${onSize} busy=${busy} />
+        `
       }
+      ${
+        kind.paint &&
+        (isPainted || graphics === GRAPHICS.lost) &&
+        html`<${ViewCanvas}
+          atlas=${atlas}
+          guide=${guide}
+          label=${label}
+          zoom=${stand.zoom}
+          step=${step}
+          paint=${(painter) => kind.paint(painter, eye.current.place, stand, given)}
+          draw=${draw}
+          isRecorded=${isRecorded}
+          isWaiting=${isWaiting}
+          onGraphics=${onGraphics}
+        />`
+      }
+      ${
+        !kind.Picture &&
+        !isPainted &&
+        url &&
+        html`<${RemotePicture}
+          url=${url}
+          label=${label}
+          isSmooth=${stand.isSmooth || !kind.paint}
+          styleOf=${styleOf}
+          onSize=${onSize}
+          busy=${busy}
+        />`
+      }
+      ${kind.paint && html`<p class="told" role="status">${WITHOUT_GRAPHICS[graphics]}</p>`}
       ${kind.Overlay && html`<${kind.Overlay} ...${given} styleOf=${styleOf} follow=${follow} />`}
       ${isSteered && html`<${Place} place=${eye.current.now} marker=${marker} />`}
     </div>

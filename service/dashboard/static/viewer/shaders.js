@@ -1,6 +1,7 @@
 // The shaders: a picture with one pixel per lens from the atlas of views, and the enlargement of that picture.
 // Textures contain sRGB and are read as linear light. Row 0 of a texture is the top of the picture. Views are read
 // texel by texel, so that no view shows the border of its neighbour.
+import { UNKNOWN_MM } from "./guide.js";
 
 export const EVERYWHERE = `#version 300 es
 void main() {
@@ -28,6 +29,56 @@ void main() {
     sum += share[k] * colours[k / 4] * texelFetch(atlas, cell[k] * size + ivec2(gl_FragCoord.xy), 0).rgb;
   }
   light = vec4(sum, 1.0);
+}`;
+
+// The same along the depth of the eye: each view is read where it shows the surface that the eye sees, interpolated
+// linearly, and does not count where something else is in front of that surface. Layers 0 to 7 have the depths of the
+// views, and the last two those of the eyes.
+export const GUIDED = `${HEAD}
+precision highp sampler2DArray;
+uniform sampler2D atlas;
+uniform sampler2DArray depths; // mm
+uniform int eyes;
+uniform ivec2 cell[8];
+uniform vec2 away[8]; // from the eye to the view, in views
+uniform float share[8];
+uniform mat3 colours[2];
+uniform vec2 lensesPerMm;
+const float UNKNOWN = ${(UNKNOWN_MM / 2).toFixed(1)}; // and less
+const float HIDDEN = 0.001; // The weight of a view that does not show the surface; it counts where none does.
+const float SAME = 0.6; // Surfaces that move by no more px from view to view are one.
+ivec2 inside(ivec2 place) {
+  return clamp(place, ivec2(0), size - 1);
+}
+float depthAt(vec2 place, int layer) {
+  return texelFetch(depths, ivec3(inside(ivec2(floor(place + 0.5))), layer), 0).r;
+}
+vec3 at(ivec2 from, ivec2 place) {
+  return texelFetch(atlas, from + inside(place), 0).rgb;
+}
+vec3 linearly(ivec2 from, vec2 place) {
+  ivec2 first = ivec2(floor(place));
+  vec2 part = place - vec2(first);
+  vec3 upper = mix(at(from, first), at(from, first + ivec2(1, 0)), part.x);
+  vec3 lower = mix(at(from, first + ivec2(0, 1)), at(from, first + ivec2(1, 1)), part.x);
+  return mix(upper, lower, part.y);
+}
+void main() {
+  vec2 here = floor(gl_FragCoord.xy);
+  vec3 mixed = vec3(0.0);
+  for (int eye = 0; eye < eyes; eye++) {
+    float depth = depthAt(here, 8 + eye);
+    vec4 sum = vec4(0.0);
+    for (int k = 4 * eye; k < 4 * eye + 4; k++) {
+      vec2 there = depth < UNKNOWN ? here : here - depth * lensesPerMm * away[k];
+      float found = depthAt(there, k);
+      float apart = length((found - depth) * lensesPerMm);
+      float weight = share[k] * (apart < SAME ? 1.0 : HIDDEN);
+      if (weight > 0.0) sum += weight * vec4(linearly(cell[k] * size, there), 1.0);
+    }
+    mixed += colours[eye] * sum.rgb / sum.a;
+  }
+  light = vec4(mixed, 1.0);
 }`;
 
 // The mean of all views, each shifted against the eye and interpolated linearly. Pixels from beyond the array do not

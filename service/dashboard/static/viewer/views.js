@@ -56,7 +56,7 @@ export function substitutes(frameViews) {
   return cells.map((cell) => (isThere.has(cell) ? cell : nearest(cell)).at);
 }
 
-// The four cells around a place with their weights, which add up to 1: [{at: [col, row], share}].
+// The four cells around a place with their weights, which add up to 1: [{at: [col, row], number: [u, v], share}].
 export function blend(frameViews, stands, place) {
   const [u, v] = numbersAt(frameViews, place);
   const { us, vs } = frameViews.atlas;
@@ -70,7 +70,8 @@ export function blend(frameViews, stands, place) {
   ];
   return corners.map(([right, below, share]) => {
     const index = Math.min(row + below, vs.length - 1) * us.length + Math.min(col + right, us.length - 1);
-    return { at: stands[index], share };
+    const at = stands[index];
+    return { at, number: [us[at[0]], vs[at[1]]], share };
   });
 }
 

@@ -1,9 +1,11 @@
 // Draws views and refocused pictures from the atlas of a frame with WebGL2.
-import { BLEND, ENLARGE, EVERYWHERE, REFOCUS } from "./shaders.js";
+import { BLEND, ENLARGE, EVERYWHERE, GUIDED, REFOCUS } from "./shaders.js";
 import { LEFT, RIGHT } from "./stereo.js";
-import { blend, presence, substitutes } from "./views.js";
+import { blend, numbersAt, presence, substitutes } from "./views.js";
 
 export const MAX_ATLAS_PX = 4096; // The largest texture side that phones support, 64 MiB.
+const LAYERS = 10; // of depths: those of eight views and two eyes
+const QUICK_PX = 256 ** 2;
 const PLAIN = [1, 0, 0, 0, 1, 0, 0, 0, 1];
 const BACKGROUND = [0x0c / 255, 0x0e / 255, 0x0f / 255]; // That of the stage, in viewer.css.
 
@@ -16,7 +18,12 @@ export class Painter {
     if (!gl || gl.getParameter(gl.MAX_TEXTURE_SIZE) < MAX_ATLAS_PX) throw new Error("There is no WebGL2 for this.");
     this.canvas = canvas;
     this.gl = gl;
-    this.programs = { blend: program(gl, BLEND), refocus: program(gl, REFOCUS), enlarge: program(gl, ENLARGE) };
+    this.programs = {
+      blend: program(gl, BLEND),
+      guided: program(gl, GUIDED),
+      refocus: program(gl, REFOCUS),
+      enlarge: program(gl, ENLARGE),
+    };
     this.frameViews = null;
     this.target = null;
     const named = gl.getExtension("WEBGL_debug_renderer_info");
@@ -42,6 +49,31 @@ export class Painter {
     gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, this.picture, 0);
     this.stands = substitutes(frameViews);
     this.frameViews = frameViews;
+    this.guide(null);
+  }
+
+  // Names the depths along which the views are mixed; null mixes them where they are.
+  guide(guide) {
+    const { gl } = this;
+    gl.deleteTexture(this.depths);
+    this.depths = null;
+    this.guided = guide;
+    if (!guide) return;
+    this.depths = gl.createTexture();
+    gl.bindTexture(gl.TEXTURE_2D_ARRAY, this.depths);
+    gl.texStorage3D(gl.TEXTURE_2D_ARRAY, 1, gl.R16F, guide.map.cols, guide.map.rows, LAYERS);
+    unfiltered(gl, gl.TEXTURE_2D_ARRAY);
+    this.layers = Array(LAYERS).fill(null);
+  }
+
+  // Puts the depths of a view or an eye into a layer.
+  layer(index, number, depthsOf) {
+    const { gl, layers, guided } = this;
+    if (layers[index] === String(number)) return;
+    layers[index] = String(number);
+    const { rows, cols } = guided.map;
+    const depths_mm = depthsOf(number);
+    gl.texSubImage3D(gl.TEXTURE_2D_ARRAY, 0, 0, 0, index, cols, rows, 1, gl.RED, gl.FLOAT, depths_mm);
   }
 
   // Draws the view from a position of the eye.
@@ -64,7 +96,11 @@ export class Painter {
   mixed(eyes, isSmooth) {
     const { gl } = this;
     const cells = eyes.flatMap(([place]) => blend(this.frameViews, this.stands, place));
-    const use = this.begin(this.programs.blend, this.atlas);
+    // At a view there is nothing to mix. Depths of many pixels take long.
+    const isLate = this.isQuick && this.frameViews.view_rows * this.frameViews.view_cols > QUICK_PX;
+    const isGuided = this.guided && !isLate && cells.some(({ share }) => share > 0 && share < 1);
+    const use = this.begin(isGuided ? this.programs.guided : this.programs.blend, this.atlas);
+    if (isGuided) this.along(use, eyes, cells);
     gl.uniform1i(use("eyes"), eyes.length);
     gl.uniformMatrix3fv(
       use("colours"),
@@ -80,6 +116,24 @@ export class Painter {
       cells.map(({ share }) => share),
     );
     this.end(isSmooth);
+  }
+
+  // Sets the depths along which the cells are mixed, four an eye.
+  along(use, eyes, cells) {
+    const { gl, guided, frameViews } = this;
+    const numbers = eyes.map(([place]) => numbersAt(frameViews, place));
+    gl.activeTexture(gl.TEXTURE1);
+    gl.bindTexture(gl.TEXTURE_2D_ARRAY, this.depths);
+    gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
+    cells.forEach(({ number }, index) => this.layer(index, number, (view) => guided.depthsOfView(view)));
+    numbers.forEach((number, index) => this.layer(LAYERS - 2 + index, number, (eye) => guided.depths(eye)));
+    gl.activeTexture(gl.TEXTURE0);
+    gl.uniform1i(use("depths"), 1);
+    gl.uniform2fv(use("lensesPerMm"), frameViews.depths.lenses_per_mm);
+    gl.uniform2fv(
+      use("away"),
+      cells.flatMap(({ number }, index) => number.map((each, axis) => each - numbers[index >> 2][axis])),
+    );
   }
 
   // Draws the picture that is sharp at a depth.
@@ -161,10 +215,14 @@ function texture(gl, format, width, height) {
   const made = gl.createTexture();
   gl.bindTexture(gl.TEXTURE_2D, made);
   gl.texStorage2D(gl.TEXTURE_2D, 1, format, width, height);
-  // Textures need no filter, because the shaders read single texels.
-  gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.NEAREST);
-  gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, gl.NEAREST);
+  unfiltered(gl, gl.TEXTURE_2D);
   return made;
+}
+
+// Textures need no filter, because the shaders read single texels.
+function unfiltered(gl, kind) {
+  gl.texParameteri(kind, gl.TEXTURE_MIN_FILTER, gl.NEAREST);
+  gl.texParameteri(kind, gl.TEXTURE_MAG_FILTER, gl.NEAREST);
 }
 
 function program(gl, fragments) {
