@@ -1,5 +1,5 @@
-// What guides the mixing of views: for every view that is mixed, and for the eye, the depth of each pixel. The views are
-// shifted by it, so that near things are not seen twice between views.
+// What guides the mixing of views: for every view that is mixed, and for the eye, the depth of each pixel. The views
+// are shifted by it, so that near things are not seen twice between views.
 import { seenFrom } from "./depth_map.js";
 
 export const UNKNOWN_MM = -60000; // It stands for an unknown depth, behind all others; half floats hold it.
