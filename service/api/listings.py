@@ -16,6 +16,7 @@ from lippmann.plan import artifact_names as names
 from service.api.presenters import present_attempt, present_jobs, present_task
 from service.api.waits import Outlook, task_waits
 from service.db import access as access_rows
+from service.db import attempts as attempt_rows
 from service.db import job_pages, overview
 from service.db import tasks as task_rows
 from service.db.job_pages import JobQuery, cursor_of, parse_position
@@ -126,11 +127,15 @@ def page_frames(session: Session, job_id: str, *, cursor: str | None, limit: int
 
 
 def list_attempts(session: Session, job_id: str, *, limit: int) -> task_schema.AttemptList:
-    """Return the latest attempts of the tasks of a job, the one that began last first."""
+    """Return the attempts of the tasks of a job, the one that began last first."""
     find_job(session, job_id)
-    rows = overview.latest_attempts(session, job_id, limit=limit)
-    total = len(rows) if len(rows) < limit else overview.attempted(session, job_id)
-    return task_schema.AttemptList(items=tuple(map(present_attempt, rows)), total=total)
+    ended = {(row.sequence, row.number): (row, task) for row, task in attempt_rows.ended(session, job_id, limit=limit)}
+    items = [present_attempt(task, row) for row, task in ended.values()]
+    latest = attempt_rows.latest(session, job_id, limit=limit)
+    items += [present_attempt(row) for row in latest if (row.sequence, row.attempt_number) not in ended]
+    items.sort(key=lambda item: (item.started_at, item.task, item.number), reverse=True)
+    total = len(items) if len(items) < limit else attempt_rows.count(session, job_id)
+    return task_schema.AttemptList(items=tuple(items[:limit]), total=total)
 
 
 def frame_statuses(session: Session, job_id: str) -> frame_schema.FrameStatuses:

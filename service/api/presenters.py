@@ -6,10 +6,12 @@ from collections.abc import Sequence
 
 from sqlalchemy.orm import Session
 
+from lippmann.job.messages.events import LOST
+from lippmann.job.states import HELD_TASKS, TaskStatus
 from service.api.waits import Outlook, job_waits
 from service.db import overview
 from service.db import tasks as task_rows
-from service.db.tables import Job, Task
+from service.db.tables import EndedAttempt, Job, Task
 from service.events.payloads import job_data
 from service.ids import task_id
 from service.schemas import job as job_schema
@@ -81,17 +83,30 @@ def present_task(row: Task, wait: Wait | None) -> task_schema.Task:
     )
 
 
-def present_attempt(row: Task) -> task_schema.Attempt:
-    """Return the latest attempt of a task, which has begun, as the API returns it."""
+def present_attempt(row: Task, ended: EndedAttempt | None = None) -> task_schema.Attempt:
+    """Return an attempt as the API returns it: one that has ended, or else the latest one of the task."""
+    error_code = ended.error_code if ended else None if row.status in (*HELD_TASKS, TaskStatus.DONE) else row.error_code
     return task_schema.Attempt(
         task=task_id(row.job_id, row.sequence),
         kind=row.kind,
         frame=row.frame,
         tile=row.tile,
         output=row.output,
-        number=row.attempt_number,
+        number=ended.number if ended else row.attempt_number,
         status=row.status,
-        worker=row.worker,
-        started_at=utc(row.claimed_s or 0.0),
-        ended_at=utc_or_none(row.ended_s),
+        outcome=_outcome(row.status, error_code, is_ended=ended is not None),
+        error_code=error_code,
+        worker=ended.worker if ended else row.worker,
+        started_at=utc(ended.claimed_s if ended else row.claimed_s or 0.0),
+        ended_at=utc_or_none(ended.ended_s if ended else row.ended_s),
     )
+
+
+def _outcome(status: TaskStatus, error_code: str | None, *, is_ended: bool) -> task_schema.AttemptOutcome:
+    if not is_ended and status in HELD_TASKS:
+        return task_schema.AttemptOutcome.RUNNING
+    if not is_ended and status is TaskStatus.DONE:
+        return task_schema.AttemptOutcome.DONE
+    if error_code is None:
+        return task_schema.AttemptOutcome.STOPPED
+    return task_schema.AttemptOutcome.LOST if error_code == LOST else task_schema.AttemptOutcome.FAILED

@@ -122,7 +122,7 @@ class ArtifactRepairer:
                 draft.set(**NO_ERROR)
             else:
                 self._count_failure(draft, now_s)
-        write_drafts(session, [draft])
+        write_drafts(session, [draft], now_s=now_s)
 
     def _count_failure(self, draft: TaskDraft, now_s: float) -> None:
         """Count a failure of which no damage is the cause: the artifacts are whole, so another worker may read them."""

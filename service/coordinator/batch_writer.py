@@ -22,7 +22,7 @@ def write_batch(session: Session, batch: Batch) -> None:
     """Write the changes of a batch; the touched jobs are closed afterwards, by `close_jobs`."""
     coordinator_rows.request_stop(session, batch.stops, now_s=batch.now_s)
     job_rows.set_probes(session, {job_id: probe.model_dump() for job_id, probe in batch.probes.items()})
-    write_drafts(session, batch.drafts.values(), late=batch.late)
+    write_drafts(session, batch.drafts.values(), now_s=batch.now_s, late=batch.late)
     job_rows.request_repairs(session, batch.suspicious)
     _write_faults(session, batch.faults, now_s=batch.now_s, settings=batch.settings)
 

@@ -138,7 +138,7 @@ def assign(
             worker=None, instance=None, progress=None, not_before_s=None, dispatched_s=now_s,
             dispatched_idle_s=coordinator.idle_s, claimed_s=None, heartbeat_s=None, ended_s=None,
         )  # fmt: skip
-    write_drafts(session, drafts)
+    write_drafts(session, drafts, now_s=now_s)
     tasks = [draft.now for draft in drafts]
     avoided, digests = avoided_workers(session, job_ids, now_s=now_s), input_digests(session, tasks)
     skipped = task_rows.skipped_frames(session, {task.job_id for task in tasks if task.kind is TaskKind.ENCODE})
@@ -167,7 +167,7 @@ def take_back(session: Session, orders: Sequence[Order], *, now_s: float) -> Non
     taken = [draft for draft in mine if draft.now.status is TaskStatus.DISPATCHED]
     for draft in taken:
         draft.transition(TaskStatus.READY)
-    write_drafts(session, taken)
+    write_drafts(session, taken, now_s=now_s)
 
 
 class Outstanding:

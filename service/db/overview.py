@@ -1,10 +1,10 @@
-"""Queries that show a whole job at once: the statuses of all frames, the latest attempts, the newest frame."""
+"""Queries that show a whole job at once: the statuses of all frames, the newest frame."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 
-from sqlalchemy import func, select
+from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from lippmann.job.messages.orders import TaskKind
@@ -31,15 +31,3 @@ def all_frames(session: Session, job_id: str) -> Iterator[tuple[int, TaskKind, T
     # A job has tens of thousands of them, and a session would take several times as long for its rows.
     for row in session.connection().execute(query.where(columns.frame.is_not(None)).distinct()):
         yield row.frame, row.kind, row.status
-
-
-def latest_attempts(session: Session, job_id: str, *, limit: int) -> Sequence[Task]:
-    """Return the tasks whose latest attempt has begun, the one that began last first."""
-    query = select(Task).where(Task.job_id == job_id, Task.claimed_s.is_not(None))
-    return session.scalars(query.order_by(Task.claimed_s.desc(), Task.sequence.desc()).limit(limit)).all()
-
-
-def attempted(session: Session, job_id: str) -> int:
-    """Return the number of tasks whose latest attempt has begun."""
-    query = select(func.count()).select_from(Task).where(Task.job_id == job_id, Task.claimed_s.is_not(None))
-    return int(session.scalar(query) or 0)

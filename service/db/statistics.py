@@ -25,6 +25,7 @@ STATISTICS: dict[tuple[str, str], str] = {
     ("tasks", "ix_tasks_job_needs"): "500000 50000 2",
     ("tasks", "ix_tasks_job_frame"): "1000000 100000 4",
     ("tasks", "ix_tasks_ended"): "500000 1",
+    ("ended_attempts", "sqlite_autoindex_ended_attempts_1"): "10000 50 2 1",
     ("worker_faults", "sqlite_autoindex_worker_faults_1"): "1000 10 1",
     ("job_events", "ix_job_events_job"): "50000 500 1",
 }

@@ -235,6 +235,25 @@ class Task(Base):
         return TileIndex(row=self.tile_row, col=self.tile_col)
 
 
+class EndedAttempt(Base):
+    """An attempt that has ended without its task being done; the row of the task has only the latest attempt.
+
+    The rows go with the tasks of their job; no foreign key says so, since a process of the version before knows nothing
+    of them when it removes a job.
+    """
+
+    __tablename__ = "ended_attempts"
+
+    job_id: Mapped[str] = mapped_column(String(32), primary_key=True)
+    sequence: Mapped[int] = mapped_column(primary_key=True, autoincrement=False)
+    number: Mapped[int] = mapped_column(primary_key=True, autoincrement=False)
+    worker: Mapped[str | None] = mapped_column(String(200))
+    claimed_s: Mapped[float]
+    ended_s: Mapped[float]
+    error_code: Mapped[str | None] = mapped_column(String(64))
+    """The code of its error; None if it was stopped."""
+
+
 class OwnerUsage(Base):
     """The bytes of the artifacts of an owner: the sum over the jobs, which the same transactions change."""
 

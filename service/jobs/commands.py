@@ -18,7 +18,7 @@ from lippmann.plan.artifact_store import ArtifactStore
 from service.db import tasks as task_rows
 from service.db.counters import add_to_counters
 from service.db.engine import Database, changed
-from service.db.tables import BackgroundJob, Job, Task, WorkerFault
+from service.db.tables import BackgroundJob, EndedAttempt, Job, Task, WorkerFault
 from service.events.publish import publish_jobs, publish_removal
 from service.jobs.completion import settle
 from service.jobs.farm_pause import NOT_PAUSED, forget_faults
@@ -165,6 +165,7 @@ def remove_chunk(database: Database, store: ArtifactStore, job_id: str) -> bool:
         if changed(session, delete(Task).where(Task.job_id == job_id, Task.sequence.in_(chunk))):
             return True
     with database.writing() as session:
+        changed(session, delete(EndedAttempt).where(EndedAttempt.job_id == job_id))
         changed(session, delete(WorkerFault).where(WorkerFault.job_id == job_id))
         changed(session, delete(Job).where(Job.id == job_id, Job.background_job == BackgroundJob.REMOVE))
     return False

@@ -16,9 +16,11 @@ from sqlalchemy import update
 from sqlalchemy.orm import Session
 
 from lippmann.job.states import JOB_ACTIONS, JOB_TRANSITIONS, JobAction, JobStatus, TaskStatus, actions_for
+from service.db import attempts as attempt_rows
 from service.db import coordinator as coordinator_rows
 from service.db import jobs as job_rows
 from service.db import task_sets
+from service.db.attempts import Ended
 from service.db.counters import add_to_counters
 from service.db.engine import changed
 from service.db.tables import Job, Task
@@ -114,7 +116,7 @@ def set_job(session: Session, row: Job, **values: Any) -> Job:
 
 
 def write_drafts(
-    session: Session, drafts: Iterable[TaskDraft], *, late: Mapping[str, int] = MappingProxyType({})
+    session: Session, drafts: Iterable[TaskDraft], *, now_s: float, late: Mapping[str, int] = MappingProxyType({})
 ) -> None:
     """Write what rules changed in memory, make ready the tasks whose needs are done by it, and publish it.
 
@@ -127,6 +129,8 @@ def write_drafts(
     """
     written = [draft for draft in drafts if draft.values]
     task_sets.write(session, [(draft.read, draft.values) for draft in written])
+    ended = [Ended(draft.now, draft.values.get("error_code")) for draft in written if draft.has_ended_attempt]
+    attempt_rows.keep(session, ended, ended_s=now_s)
     gains: dict[str, dict[str, float]] = defaultdict(dict)
     for draft in written:
         _add(gains[draft.now.job_id], draft.gains())
@@ -163,7 +167,7 @@ def release_tasks(session: Session, row: Job, *, to: TaskStatus, now_s: float, o
     for draft in drafts:
         draft.transition(to, progress=None, ended_s=now_s if to is TaskStatus.CANCELLED else None)
     coordinator_rows.request_stop(session, [draft.read.attempt for draft in drafts], now_s=now_s)
-    write_drafts(session, drafts)
+    write_drafts(session, drafts, now_s=now_s)
     session.refresh(row)
 
 

@@ -30,7 +30,7 @@ def restart_task(session: Session, task: Task, *, now_s: float) -> None:
     failed_on = list(dict.fromkeys([*draft.read.failed_on, *([draft.read.worker] if draft.read.worker else [])]))
     draft.transition(TaskStatus.READY, progress=None, failed_on=failed_on, not_before_s=None)
     coordinator_rows.request_stop(session, [draft.read.attempt], now_s=now_s)
-    write_drafts(session, [draft])
+    write_drafts(session, [draft], now_s=now_s)
 
 
 def end_task(session: Session, task: Task, *, by: str, now_s: float, limit: FailureLimit) -> None:
@@ -48,7 +48,7 @@ def end_task(session: Session, task: Task, *, by: str, now_s: float, limit: Fail
         error_message=message, error_frame=draft.read.frame, error_artifact=None,
     )  # fmt: skip
     coordinator_rows.request_stop(session, [draft.read.attempt], now_s=now_s)
-    write_drafts(session, [draft])
+    write_drafts(session, [draft], now_s=now_s)
     settle(session, find_job(session, task.job_id), now_s=now_s, limit=limit)
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from lippmann.job.messages.orders import TaskKind
-from lippmann.job.states import TASK_TRANSITIONS, TaskStatus
+from lippmann.job.states import HELD_TASKS, TASK_TRANSITIONS, TaskStatus
 from service.db.task_state import TaskState
 
 _FIELDS = frozenset(TaskState._fields)
@@ -38,6 +38,11 @@ class TaskDraft:
         """
         check_transition(self.now.status, to)
         self.set(status=to, **values)
+
+    @property
+    def has_ended_attempt(self) -> bool:
+        """True if the attempt that owned the task when it was read has ended without the task being done."""
+        return self.read.status in HELD_TASKS and self.now.status not in (*HELD_TASKS, TaskStatus.DONE)
 
     def is_newly(self, status: TaskStatus) -> bool:
         """Return whether the task has a status that it did not have when it was read."""

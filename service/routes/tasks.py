@@ -64,7 +64,7 @@ def list_tasks(
 
 @router.get("/attempts")
 def list_attempts(job_id: JobId, state: AppStateDep, _caller: ViewerDep, limit: LimitQuery = 100) -> AttemptList:
-    """List the latest attempt of each task that has one, the one that began last first."""
+    """List the attempts of the tasks of a job with what became of them, the one that began last first."""
     with state.database.reading() as session:
         return listings.list_attempts(session, job_id, limit=limit)
 

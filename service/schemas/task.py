@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from datetime import datetime
+from enum import StrEnum
 
 from lippmann.job.messages.orders import TaskKind, TileIndex
 from lippmann.job.states import TaskStatus
@@ -73,8 +74,20 @@ class TaskPage(Answer):
     """The cursor of the next page; null on the last page."""
 
 
+class AttemptOutcome(StrEnum):
+    """What became of an attempt."""
+
+    RUNNING = "running"
+    DONE = "done"
+    FAILED = "failed"
+    LOST = "lost"
+    """Its process died, or nothing was heard of it any more."""
+    STOPPED = "stopped"
+    """Somebody stopped it, or its worker ended; also of an attempt whose end is not known."""
+
+
 class Attempt(Answer):
-    """The latest attempt of a task."""
+    """An attempt of a task."""
 
     task: str
     """The id of the task."""
@@ -83,18 +96,24 @@ class Attempt(Answer):
     tile: TileIndex | None
     output: str | None
     number: int
-    """The number of the attempt; those before it are counted and not listed."""
+    """The number of the attempt, 1 for the first one of its task."""
     status: TaskStatus
-    """The status of the task: `running` while the attempt goes on."""
+    """The status of the task now."""
+    outcome: AttemptOutcome
+    error_code: str | None
+    """The code of the error that ended the attempt; null if there was none."""
     worker: str | None
     started_at: datetime
     ended_at: datetime | None
-    """When the attempt ended; null while it runs, and after an attempt that was lost or taken back."""
+    """When the attempt ended; null while it runs, and where the time is not known."""
 
 
 class AttemptList(Answer):
-    """The latest attempts of the tasks of a job, the one that began last first."""
+    """The attempts of the tasks of a job, the one that began last first.
+
+    Of the attempts that did not do their task, the last 20 of each task are stored.
+    """
 
     items: tuple[Attempt, ...]
     total: int
-    """The number of tasks with an attempt; `items` has the first of them."""
+    """The number of attempts that are stored; `items` has the first of them."""

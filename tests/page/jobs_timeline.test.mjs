@@ -1,12 +1,12 @@
 // The timeline of attempts.
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { layOut, ticksOf } from "../../service/dashboard/static/jobs/timeline_layout.js";
+import { layOut, outcomesOf, ticksOf } from "../../service/dashboard/static/jobs/timeline_layout.js";
 
 const at = (second) => new Date(1_000_000 + second * 1000).toISOString();
-const attempt = (worker, start, end, status = "done") => ({
+const attempt = (worker, start, end, outcome = "done") => ({
   worker,
-  status,
+  outcome,
   started_at: at(start),
   ended_at: end === null ? null : at(end),
 });
@@ -27,7 +27,7 @@ test("attempts that overlap are in different slots of their worker", () => {
 });
 
 test("an attempt without an end ends now if it runs, and has no length if it was lost", () => {
-  const { workers } = layOut([attempt("a", 0, null, "running"), attempt(null, 0, null, "ready")], 1030);
+  const { workers } = layOut([attempt("a", 0, null, "running"), attempt(null, 0, null, "lost")], 1030);
   const lengths = workers.map(({ name, slots }) => [name, slots[0][0].end_s - slots[0][0].start_s]);
   assert.deepEqual(lengths, [
     ["a", 30],
@@ -39,6 +39,14 @@ test("no attempts, and clocks that differ", () => {
   assert.deepEqual(layOut([], 7), { workers: [], start_s: 7, end_s: 7 });
   const { workers } = layOut([attempt("a", 10, null, "running")], 1000);
   assert.equal(workers[0].slots[0][0].end_s, 1010);
+});
+
+test("the legend counts what became of attempts", () => {
+  const attempts = [attempt("a", 0, 5, "lost"), attempt("a", 5, 9, "done"), attempt("b", 5, 9, "lost")];
+  assert.deepEqual(outcomesOf(attempts), [
+    ["done", 1],
+    ["lost", 2],
+  ]);
 });
 
 test("an axis has round times, and few of them", () => {

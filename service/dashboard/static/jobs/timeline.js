@@ -4,7 +4,7 @@ import { getAttempts } from "../api/operations.js";
 import { count, duration, exactTime } from "../shared/format.js";
 import { html } from "../shared/html.js";
 import { place } from "./failures.js";
-import { layOut, ticksOf } from "./timeline_layout.js";
+import { layOut, outcomesOf, ticksOf } from "./timeline_layout.js";
 
 const RENEW_MS = 3000;
 const MOST = 500;
@@ -63,16 +63,22 @@ function Lanes({ job }) {
       </p>
     </div>
     <p class="quiet">
-      The latest attempt of each task${isPart && `, the last ${shown} of ${count(list.total)}`},
-      ${" "}from ${exactTime(start_s * 1000)} on.
+      ${isPart && `The last ${shown} of ${count(list.total)} attempts, `} from ${exactTime(start_s * 1000)} on.
     </p>
+    <ul class="outcomes">
+      ${outcomesOf(list.items).map(
+        ([outcome, number]) => html`<li key=${outcome}><i class=${outcome}></i>${outcome} ${count(number)}</li>`,
+      )}
+    </ul>
   `;
 }
 
 function rectangle({ bar, slot, part, wide }) {
-  const words = `${place(bar)}, attempt ${bar.number}: ${bar.status}, ${duration(bar.end_s - bar.start_s)}`;
+  const why = bar.error_code && bar.outcome !== "lost" ? ` (${bar.error_code})` : "";
+  const took = duration(bar.end_s - bar.start_s);
+  const words = `${place(bar)}, attempt ${bar.number}: ${bar.outcome}${why}, ${took}`;
   return html`
-    <rect key=${bar.task} class=${bar.status} x=${part(bar.start_s)} y=${slot * SLOT_PX + 1}
+    <rect key="${bar.task} ${bar.number}" class=${bar.outcome} x=${part(bar.start_s)} y=${slot * SLOT_PX + 1}
       width=${wide(bar.end_s - bar.start_s)} height=${SLOT_PX - 3}><title>${words}</title></rect>
   `;
 }

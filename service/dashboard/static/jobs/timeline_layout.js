@@ -27,6 +27,15 @@ export function layOut(attempts, now_s) {
   };
 }
 
+const OUTCOMES = ["done", "running", "failed", "lost", "stopped"];
+
+// What became of attempts, and of how many; what became of none is left out.
+export function outcomesOf(attempts) {
+  return OUTCOMES.map((outcome) => [outcome, attempts.filter((attempt) => attempt.outcome === outcome).length]).filter(
+    ([, number]) => number > 0,
+  );
+}
+
 // Times between two others for the marks of an axis, in seconds after the first one.
 export function ticksOf(length_s, most) {
   const step_s = TICKS_S.find((tick) => length_s / tick <= most) ?? Math.ceil(length_s / most);
@@ -37,7 +46,7 @@ export function ticksOf(length_s, most) {
 
 const seconds = (time) => Date.parse(time) / 1000;
 
-function endOf({ started_at, ended_at, status }, now_s) {
+function endOf({ started_at, ended_at, outcome }, now_s) {
   if (ended_at) return Math.max(seconds(ended_at), seconds(started_at));
-  return status === "running" ? Math.max(now_s, seconds(started_at)) : seconds(started_at);
+  return outcome === "running" ? Math.max(now_s, seconds(started_at)) : seconds(started_at);
 }

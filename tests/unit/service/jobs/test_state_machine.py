@@ -14,7 +14,7 @@ from service.db.task_sets import StaleRead
 from service.errors import TransitionNotAllowed
 from service.jobs.state_machine import find_job, transition_job, write_drafts
 from service.jobs.task_draft import TaskDraft
-from tests.builders_service import Client, Farm
+from tests.builders_service import T0, Client, Farm
 
 
 def _put(farm: Farm, job_id: str, status: JobStatus) -> None:
@@ -46,7 +46,7 @@ def test_a_task_moves_as_the_table_says_and_no_other_way(farm: Farm, was: TaskSt
         (draft,) = map(TaskDraft, task_sets.states(session, [(job_id, 0)]).values())
         if to in TASK_TRANSITIONS[was]:
             draft.transition(to)
-            write_drafts(session, [draft])
+            write_drafts(session, [draft], now_s=T0)
         else:
             with pytest.raises(ValueError, match=f"{was} -> {to}"):
                 draft.transition(to)
@@ -60,7 +60,7 @@ def test_a_move_of_what_has_moved_meanwhile_does_nothing(farm: Farm) -> None:
     farm.dispatch()
     draft.transition(TaskStatus.CANCELLED)
     with pytest.raises(StaleRead), farm.writing() as session:
-        write_drafts(session, [draft])
+        write_drafts(session, [draft], now_s=T0)
     assert farm.task(f"{job_id}-0").status is TaskStatus.DISPATCHED
 
 
