@@ -11,8 +11,9 @@ from typing import Annotated, Any, Literal
 
 from fastapi import APIRouter, Header, Response
 
+from lippmann.job.keyframes import ANIMATED_PARTS
 from lippmann.job.presets import LENS_ARRAYS, PRESETS
-from lippmann.job.spec import JobSpec
+from lippmann.job.spec import CONSTANT_FIELDS, JobSpec
 from service.dependencies import ViewerDep
 from service.routes.description import NOT_CHANGED
 
@@ -26,7 +27,8 @@ def get_schema(
     """Get the JSON schema of a job file or of a design: labels, units, ranges, defaults and descriptions of fields.
 
     That of a job file has jobs to begin with as `presets`: name, title, description and job. `lens_arrays` has the
-    values of the microlens arrays by name.
+    values of the microlens arrays by name; `animation` the parts of a job whose numbers may have keyframes, and the
+    fields in them that stay constant.
     """
     text, etag = _text_of(name)
     headers = {"ETag": etag, "Cache-Control": "private, no-cache", "X-Content-Type-Options": "nosniff"}
@@ -36,13 +38,17 @@ def get_schema(
 
 
 def job_schema() -> dict[str, Any]:
-    """Return the JSON schema of a job file, with the published imaging lenses as examples, presets and lens arrays."""
+    """Return the JSON schema of a job file, with the published imaging lenses as examples, presets and lens arrays.
+
+    It has the rule which numbers may have keyframes, too.
+    """
     from lippmann.optics.lens.published import IMAGING_LENSES  # on first use: it imports NumPy
 
     schema = JobSpec.model_json_schema()
     schema["$defs"]["Rig"]["properties"]["imaging_lens"]["examples"] = sorted(IMAGING_LENSES)
     for name, about in (("name", sorted(IMAGING_LENSES)), ("focal_length_mm", [300])):
         schema["$defs"]["NamedLens"]["properties"][name]["examples"] = about
+    schema["animation"] = {"parts": ANIMATED_PARTS, "constant": CONSTANT_FIELDS}
     schema["lens_arrays"] = {name: dict(fields) for name, fields in LENS_ARRAYS.items()}
     schema["presets"] = [{"name": name, **asdict(preset)} for name, preset in PRESETS.items()]
     return schema

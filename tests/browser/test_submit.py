@@ -118,6 +118,41 @@ def test_a_parameter_of_the_scene_is_sent_as_the_number_it_is(
     assert farm.service.client.get("/jobs").json()["items"][0]["spec"]["parameters"] == {"ripple": 0.75}
 
 
+def test_a_number_gets_keyframes_by_keys_pointer_and_text_and_the_job_has_them(
+    page: Page, farm: Farm, log_in: Callable[[], Page]
+) -> None:
+    farm.studio.hold()
+    log_in()
+    page.get_by_role("button", name="Animate Offset").click()
+    curve = page.get_by_role("group", name="Offset mm")
+    first, last = (curve.get_by_role("slider", name=f"Offset, keyframe {number}") for number in (1, 2))
+    first.press("Shift+ArrowUp")
+    expect(first).to_have_attribute("aria-valuetext", "41 at frame 1")
+    last.hover()
+    page.mouse.down()
+    box = curve.locator(".plot").bounding_box()
+    assert box is not None
+    page.mouse.move(box["x"] + box["width"], box["y"] + box["height"] + 50)  # No lower than the plot.
+    page.mouse.up()
+    expect(last).to_have_attribute("aria-valuetext", "-40 at frame 8")
+    curve.get_by_role("button", name="Add a keyframe").click()
+    curve.get_by_label("Offset, keyframe 2, value").fill("-10")
+    curve.get_by_label("smooth").check()
+    keyframes = [[1, 41], [4, -10], [8, -40]]
+    page.get_by_text("Job file", exact=True).click()
+    text = page.get_by_label("Job file as JSON")
+    written = json.loads(text.input_value())
+    assert written["rig"]["lens_array"]["offset_mm"] == {"keyframes": keyframes, "interpolation": "smooth"}
+    written["rig"]["lens_array"]["offset_mm"]["keyframes"][1][0] = 5
+    text.fill(json.dumps(written))
+    expect(curve.get_by_label("Offset, keyframe 2, frame")).to_have_value("5")
+    page.get_by_role("button", name="Submit").click()
+    expect(page.get_by_role("complementary", name="Rig")).to_be_visible()
+    (job,) = farm.service.client.get("/jobs").json()["items"]
+    animation = job["spec"]["animation"]["rig.lens_array.offset_mm"]
+    assert animation == {"keyframes": [[1, 41.0], [5, -10.0], [8, -40.0]], "interpolation": "smooth"}
+
+
 def test_what_is_wrong_is_said_at_its_field_before_anything_is_submitted_and_nothing_moves(
     page: Page, watch: Watch, log_in: Callable[[], Page]
 ) -> None:

@@ -6,7 +6,7 @@ import { by, bytes, duration, quantity } from "../shared/format.js";
 import { html } from "../shared/html.js";
 import { pageOfNumber } from "./documentation.js";
 import { Documented } from "./documented.js";
-import { words } from "./inputs.js";
+import { words } from "./help.js";
 
 // The pause after the last key stroke, so that no request is sent for every digit.
 const PAUSE_MS = 400;

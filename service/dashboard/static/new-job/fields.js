@@ -4,7 +4,8 @@ import { html } from "../shared/html.js";
 import { pageOfOutput } from "./documentation.js";
 import { Documented } from "./documented.js";
 import { faultsAt, hasFault } from "./faults.js";
-import { Help, Radios, Simple, words } from "./inputs.js";
+import { Help, words } from "./help.js";
+import { Radios, Simple } from "./inputs.js";
 import { isSame, valueAt, withValue } from "./job_file.js";
 import { formWith, startOf } from "./schema.js";
 

@@ -1,17 +1,17 @@
 // The inputs of the form: one for each kind of a simple field. Each changes the job at its path.
-import { useState } from "preact/hooks";
 import { html } from "../shared/html.js";
-import { Documented } from "./documented.js";
+import { Animate, Animated } from "./animated.js";
 import { faultsAt } from "./faults.js";
+import { described, Help, unitOf } from "./help.js";
+import { isSame, numberOf, numbersOf, textOf, valueAt } from "./job_file.js";
+import { isAnimated } from "./keyframes.js";
 import { Slider } from "./slider.js";
-import { isAnimated, isSame, keyframesText, numberOf, numbersOf, textOf, valueAt } from "./job_file.js";
+import { Input } from "./text_input.js";
 
 const FEW = 4; // Up to so many choices are radio buttons.
 
-// Names in backticks are shown as code.
-export const words = (text) => text.split("`").map((part, place) => (place % 2 ? html`<code>${part}</code>` : part));
-
-// `form` is {job, set(path, value), faults, hints}: `hints` are the values that count when the job says none, by path.
+// `form` is {job, set(path, value), faults, hints, animation}: `hints` are the values that count when the job says none,
+// by path; `animation` is the rule which numbers may change with the frame.
 export function Simple({ field, path, form }) {
   const value = valueAt(form.job, path);
   if (isAnimated(value)) return html`<${Animated} ...${{ field, path, form, value }} />`;
@@ -19,32 +19,7 @@ export function Simple({ field, path, form }) {
   return html`<${Input} ...${{ field, path, form, value, said: faultsAt(form.faults, path) }} />`;
 }
 
-// The explanation of a field, or in its place what is wrong with the value, so that nothing below moves; and the way to
-// the documentation of the field.
-/** @param {{ id: string, text?: string, said?: string[], more?: string, label?: string }} about */
-export function Help({ id, text, said = [], more, label }) {
-  const way = more && html` <${Documented} page=${more}>More<span class="unseen"> about ${label}</span><//>`;
-  if (said.length) return html`<span class="fault" id="e-${id}">${said.join("; ")}${way}</span>`;
-  return text ? html`<span class="help" id="h-${id}">${words(text)}${way}</span>` : null;
-}
-
-const unitOf = ({ unit }) => unit && html` <span class="quiet">${unit}</span>`;
-const described = (path, { help }, said) => (said.length ? `e-${path}` : help ? `h-${path}` : null);
 const hintOf = (field, path, form) => valueAt(form.hints, path) ?? field.fallback;
-
-// While somebody writes, the input shows what is written; otherwise the value.
-function Input({ id, value, hint, isNumeric, put, ...rest }) {
-  const [draft, setDraft] = useState(null);
-  const write = (event) => {
-    setDraft(event.target.value);
-    put(event.target.value);
-  };
-  return html`
-    <input id="f-${id}" name=${id} autocomplete="off" spellcheck=${false} inputmode=${isNumeric ? "decimal" : null}
-      value=${draft ?? textOf(value ?? hint)} placeholder=${textOf(hint) || null} onInput=${write}
-      onBlur=${() => setDraft(null)} ...${rest} />
-  `;
-}
 
 function Text({ field, path, form, value, said }) {
   const isNumeric = field.kind === "number";
@@ -54,6 +29,7 @@ function Text({ field, path, form, value, said }) {
   return html`
     <div class="field ${isNumeric ? "" : "wide"}">
       <label for="f-${path}">${field.label}${unitOf(field)}</label>
+      <${Animate} ...${{ label: field.label, path, form, value: shown }} />
       <${Input} id=${path} value=${value} hint=${hintOf(field, path, form)} isNumeric=${isNumeric} list=${list}
         put=${(text) => form.set(path, read(text))} aria-invalid=${said.length ? "true" : null}
         aria-describedby=${described(path, field, said)} />
@@ -86,7 +62,16 @@ function Numbers({ field, path, form, value, said }) {
       all.map((one, other) => (other === place ? number : one)),
     );
   };
-  const input = (item, place) => html`
+  const replace = (place) => (one) => {
+    const all = [...(value ?? hint)];
+    all[place] = one;
+    form.set(path, all);
+  };
+  const labelOf = (item) => `${field.label} ${item.label}`;
+  const animated = field.items.map((_, place) => isAnimated(value?.[place]));
+  const input = (item, place) =>
+    !animated[place] &&
+    html`
     <label key=${place}>
       <span class="quiet">${item.label}</span>
       <${Input} id="${path}.${place}" value=${value?.[place]} hint=${hint?.[place]} isNumeric put=${put(place)}
@@ -97,6 +82,12 @@ function Numbers({ field, path, form, value, said }) {
     <fieldset class="field wide tuple">
       <legend>${field.label}${unitOf(field)}</legend>
       <div>${field.items.map(input)}</div>
+      ${field.items.map((item, place) => {
+        const one = { label: labelOf(item), path: `${path}.${place}`, form, put: replace(place) };
+        if (!animated[place]) return html`<${Animate} ...${one} value=${(value ?? hint)?.[place]} />`;
+        return html`<${Animated} ...${one} field=${{ ...item, unit: field.unit, label: one.label }}
+          value=${value[place]} />`;
+      })}
       <${Help} ...${{ id: path, text: field.help, said, more: field.more, label: field.label }} />
     </fieldset>
   `;
@@ -177,19 +168,5 @@ function Several({ field, path, form, value, said }) {
       </div>
       <${Help} ...${{ id: path, text: field.help, said, more: field.more, label: field.label }} />
     </fieldset>
-  `;
-}
-
-// A number with keyframes: they are written in the job file.
-function Animated({ field, path, form, value }) {
-  const said = faultsAt(form.faults, path);
-  return html`
-    <div class="field wide">
-      <span class="label">${field.label}${unitOf(field)}</span>
-      <p class="keyframes">${keyframesText(value)}
-        <button type="button" onClick=${() => form.set(path, value.keyframes[0]?.[1])}>Make constant</button>
-      </p>
-      <${Help} id=${path} text="It changes with the frame; the job file below has its keyframes." said=${said} />
-    </div>
   `;
 }

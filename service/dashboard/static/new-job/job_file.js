@@ -42,10 +42,6 @@ export function textOf(value) {
   return Array.isArray(value) ? value.join(", ") : String(value);
 }
 
-export const isAnimated = (value) => typeof value === "object" && value !== null && Array.isArray(value.keyframes);
-export const keyframesText = ({ keyframes, interpolation = "linear" }) =>
-  `${keyframes.map(([frame, value]) => `${value} at ${frame}`).join(", ")}, ${interpolation}`;
-
 // A stored job as a job file: keyframes in place of their numbers, and nothing that says what is said without it.
 export function jobFileOf(spec, defaults = {}) {
   const { animation = {}, ...rest } = withoutNull(spec);

@@ -2,7 +2,8 @@
 import { html } from "../shared/html.js";
 import { pageOf } from "./documentation.js";
 import { faultsAt } from "./faults.js";
-import { Help, Simple } from "./inputs.js";
+import { Help } from "./help.js";
+import { Simple } from "./inputs.js";
 import { textOf, valueAt } from "./job_file.js";
 
 export function Parameters({ scene, form }) {

@@ -72,7 +72,13 @@ function Form({ schema, scenes, job, setJob }) {
   const array = schema.lens_arrays[valueAt(job, "rig.lens_array.preset")];
   const rig = { lens_array: array, px_per_lens: design.numbers?.px_per_lens };
   const hints = { title: scene?.title, stage: scene?.stage, clock: scene?.clock, rig };
-  const form = { job, faults, hints, set: (path, value) => put(withValue(job, path, value)) };
+  const form = {
+    job,
+    faults,
+    hints,
+    animation: schema.animation,
+    set: (path, value) => put(withValue(job, path, value)),
+  };
   const choose = (name) => {
     const { parameters: _, stage: __, ...others } = job; // They belong to the previous scene.
     put({ ...others, scene: name });

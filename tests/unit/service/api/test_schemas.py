@@ -7,8 +7,9 @@ from typing import Any
 
 import pytest
 
+from lippmann.job.keyframes import ANIMATED_PARTS
 from lippmann.job.presets import LENS_ARRAYS, PRESETS
-from lippmann.job.spec import JobSpec
+from lippmann.job.spec import CONSTANT_FIELDS, JobSpec
 from tests.builders_service import Client
 
 JOB = "/api/v1/schemas/job"
@@ -47,6 +48,11 @@ def test_the_numbers_of_a_design_that_the_page_shows_are_explained(api: Client) 
     fields = api.get("/api/v1/schemas/design").json()["properties"]
     shown = ("efl_mm", "image_depth_mm", "views", "viewing_angle_deg", "viewing_zone_mm", "width_mm", "frame_cpu_s")
     assert all(fields[name].get("description") for name in shown)
+
+
+def test_the_rule_which_numbers_may_have_keyframes_comes_with_the_schema_of_a_job_file(api: Client) -> None:
+    rule = {"parts": list(ANIMATED_PARTS), "constant": list(CONSTANT_FIELDS)}
+    assert api.get(JOB).json()["animation"] == rule
 
 
 def test_the_presets_come_with_the_schema_of_a_job_file(api: Client) -> None:
