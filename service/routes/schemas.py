@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal
 
 from fastapi import APIRouter, Header, Response
 
-from lippmann.job.keyframes import ANIMATED_PARTS
+from lippmann.job.animation.keyframes import ANIMATED_PARTS
 from lippmann.job.presets import LENS_ARRAYS, PRESETS
 from lippmann.job.spec import CONSTANT_FIELDS, JobSpec
 from service.dependencies import ViewerDep

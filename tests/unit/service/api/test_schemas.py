@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from lippmann.job.keyframes import ANIMATED_PARTS
+from lippmann.job.animation.keyframes import ANIMATED_PARTS
 from lippmann.job.presets import LENS_ARRAYS, PRESETS
 from lippmann.job.spec import CONSTANT_FIELDS, JobSpec
 from tests.builders_service import Client
