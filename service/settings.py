@@ -21,6 +21,8 @@ PATH = re.compile(r"[A-Za-z0-9_~][A-Za-z0-9._~-]*(/[A-Za-z0-9_~][A-Za-z0-9._~-]*
 """A path prefix, without the slash at its begin."""
 OWN_PATHS = frozenset({"api", "docs", "static", "login", "logout", "metrics"})
 """The first parts of the paths of the service. A prefix that begins with one would be ambiguous."""
+_LOOPBACK = re.compile(r"ws://(localhost|127\.0\.0\.1):\d{1,5}/[A-Za-z0-9._~/-]*")
+"""A WebSocket on the machine of whoever opens it."""
 
 
 @dataclass(frozen=True)
@@ -75,6 +77,9 @@ class Settings(BrokerSettings):
     public_url: str = ""
     """The URL under which users reach the service; if empty, `http://host:port`. Its path, such as `/lippmann`, is the
     one under which a reverse proxy serves it."""
+    panel_url: str = ""
+    """The address of the bridge of a Looking Glass panel on the machines of users, such as
+    `ws://localhost:11222/driver`; the viewer then offers to cast frames to it. If empty, it does not."""
     s3_public_endpoint: str = ""
     """The URL under which users reach the S3 server of the store; if empty, `s3_endpoint`. Clients that ask for it
     download artifacts from there."""
@@ -270,6 +275,13 @@ class Settings(BrokerSettings):
             raise ValueError(f"expected a path of letters, digits, '-', '_', '.' and '~', got {path!r}")
         if path.split("/")[0] in OWN_PATHS:
             raise ValueError(f"expected a path that does not begin as one of the service, got {path!r}")
+        return text
+
+    @field_validator("panel_url")
+    @classmethod
+    def _check_panel(cls, text: str) -> str:
+        if text and not _LOOPBACK.fullmatch(text):
+            raise ValueError(f"expected ws://localhost or ws://127.0.0.1 with a port and a path, got {text!r}")
         return text
 
     @field_validator("trusted_proxies", "metrics_networks")

@@ -60,7 +60,7 @@ def show_page(
     settings = state.settings
     root = settings.path_prefix
     if caller is not None and not token:
-        return _dashboard_page(root, caller)
+        return _dashboard_page(root, caller, panel_url=settings.panel_url)
     provider = settings.oidc_name if settings.oidc_issuer else ""
     reason = REASONS.get(refused, REASONS["1"]) if refused else ""
     return _page("login.html", root, reason=reason, token=token, entered=bool(entered), provider=provider)
@@ -110,13 +110,14 @@ def send_asset(
     return Response(asset.body, media_type=asset.media_type, headers=headers)
 
 
-def _dashboard_page(root: str, caller: Caller) -> Response:
+def _dashboard_page(root: str, caller: Caller, *, panel_url: str) -> Response:
     # An escaped "<" cannot end the script element; the policy contains the hash of exactly this text.
     inline = json.dumps(import_map(root), separators=(",", ":")).replace("<", "\\u003c")
     return _page(
         "index.html",
         root,
         inline,
+        panel_url=panel_url,
         import_map=inline,
         script=MODULES_OF_PAGE,
         sheet=SHEET_OF_PAGE,
@@ -125,9 +126,9 @@ def _dashboard_page(root: str, caller: Caller) -> Response:
     )
 
 
-def _page(template: str, root: str, inline_script: str = "", **values: object) -> Response:
+def _page(template: str, root: str, inline_script: str = "", *, panel_url: str = "", **values: object) -> Response:
     def url(name: str) -> str:
         return root + assets()[name].url
 
-    text = _templates.get_template(template).render(root=root, url=url, **values)
-    return HTMLResponse(text, headers=page_headers(inline_script))
+    text = _templates.get_template(template).render(root=root, url=url, panel=panel_url, **values)
+    return HTMLResponse(text, headers=page_headers(inline_script, panel_url=panel_url))

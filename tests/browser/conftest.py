@@ -18,6 +18,7 @@ from lippmann.job.messages.orders import Order
 from service.schemas.access import Role
 from service.settings import Settings
 from tests.broker import Broker
+from tests.browser.panel import PanelBridge
 from tests.browser.studio import SPEC, Studio, parts
 from tests.builders_messages import seals_in
 from tests.integration.service.conftest import FakeWorker, Service
@@ -93,11 +94,17 @@ def proxy() -> PrefixProxy | None:
 
 
 @pytest.fixture
-def farm(tmp_path: Path, broker: Broker, proxy: PrefixProxy | None) -> Iterator[Farm]:
+def panel() -> PanelBridge | None:
+    """Return the bridge of a panel on this machine; only one module has one."""
+    return None
+
+
+@pytest.fixture
+def farm(tmp_path: Path, broker: Broker, proxy: PrefixProxy | None, panel: PanelBridge | None) -> Iterator[Farm]:
     given = parts(tmp_path)
     settings = Settings(
         data_dir=tmp_path, redis_url=broker.url, reconcile_s=0.2, tick_s=0.05, retry_pause_s=0.0,
-        public_url=proxy.url if proxy else "",
+        public_url=proxy.url if proxy else "", panel_url=panel.url if panel else "",
     )  # fmt: skip
     service = Service(settings, given)
     if proxy:

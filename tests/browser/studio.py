@@ -128,6 +128,9 @@ class Studio:
                 if order.output == "view_grid.png":
                     self._export(order.job_id, Path(folder))
                     return
+                if order.output == "quilt.png":
+                    self._export_quilt(order.job_id, Path(folder))
+                    return
                 frames = (srgb_codes(self._picture(frame, 240)) for frame in range(1, 7))
                 encode(scratch, frames, kind=KINDS[Path(order.output).suffix], fps=8)
                 self._put(order.job_id, f"video/{order.output}", scratch)
@@ -140,6 +143,14 @@ class Studio:
             self._put(job_id, name, folder / "grid.png")
         told = json.dumps({"files": files}).encode()
         self.store.put_bytes(names.job_artifact(job_id, "exports/view_grid.png.json"), told)
+
+    def _export_quilt(self, job_id: str, folder: Path) -> None:
+        """Hand in a quilt of the first frame, whose tiles are in a row, and what is told beside it."""
+        name = f"exports/quilt/{names.frame_stem(1)}_qs{PX}x1a1.png"
+        write_png(folder / "quilt.png", np.hstack([self._picture(tile, LENSES) for tile in range(PX)]))
+        self._put(job_id, name, folder / "quilt.png")
+        told = json.dumps({"files": [name], "columns": PX, "rows": 1, "aspect": 1.0}).encode()
+        self.store.put_bytes(names.job_artifact(job_id, "exports/quilt.png.json"), told)
 
     def assemble(self, job_id: str, frame: int, scratch: Path) -> None:
         """Hand in the pictures of a frame."""

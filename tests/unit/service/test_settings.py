@@ -34,6 +34,16 @@ def test_a_path_that_is_not_plain_or_could_be_one_of_the_service_is_refused(path
         Settings(public_url=f"https://farm.example/{path}")
 
 
+@pytest.mark.parametrize(
+    "url",
+    ["ws://farm.example:11222/driver", "wss://localhost:1/", "ws://localhost/driver", "ws://localhost:1/; img-src *"],
+)
+def test_a_panel_is_only_on_the_machine_of_the_user(url: str) -> None:
+    assert Settings(panel_url="ws://localhost:11222/driver").panel_url == "ws://localhost:11222/driver"
+    with pytest.raises(ValidationError, match="panel_url"):
+        Settings(panel_url=url)
+
+
 def test_every_path_of_the_service_is_known_to_the_settings(farm: Farm) -> None:
     paths = [str(route.path) for route in iter_route_contexts(create_app(farm.settings, farm.parts).routes)]
     assert {path.split("/")[1] for path in paths} - {""} == OWN_PATHS

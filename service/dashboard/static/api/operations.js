@@ -1,6 +1,8 @@
 // The requests to the API; no other module uses HTTP.
 
 const ROOT = document.body.dataset.root; // The path under which a reverse proxy serves the dashboard, or nothing.
+// The bridge of a Looking Glass panel on the machine of the user, or nothing.
+export const panelUrl = document.body.dataset.panel;
 const BASE = `${ROOT}/api/v1`;
 const LOGIN = `${ROOT}/login`;
 const PATIENCE_MS = 20_000;
@@ -112,6 +114,8 @@ export const getFocusDepth = (id, frame, place) => get(`/jobs/${encodeURICompone
 export async function getNumbers(url, signal) {
   return (await answered(link(url), { signal })).arrayBuffer();
 }
+
+export const getFile = (url) => answered(url, {});
 
 // Loads a picture without colour conversion.
 export async function getPicture(url, signal) {

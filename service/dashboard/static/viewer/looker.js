@@ -8,6 +8,7 @@ import { count } from "../shared/format.js";
 import { html } from "../shared/html.js";
 import { isExact } from "./atlases.js";
 import { GRAPHICS } from "./canvas.js";
+import { useCast } from "./cast/use_cast.js";
 import { MODES, TITLES } from "./modes/index.js";
 import { FilmStrip } from "./film_strip.js";
 import { useRecorder } from "./record.js";
@@ -117,6 +118,7 @@ function Look({ job, frames }) {
 
   const canvas = () => hand.current?.stage?.querySelector("canvas:not(.empty)");
   const recorder = useRecorder(canvas, `${job.id}-${frame}`);
+  const cast = useCast(job, openStatus ? null : frame, atlases);
   const tilt = useTilt((place) => hand.current?.tilt(place));
   const toggleTilt = () => {
     if (!tilt.isOn) change({ place: null });
@@ -173,6 +175,13 @@ function Look({ job, frames }) {
             recorder=${isPainted && recorder.isOffered ? recorder : null}
           />
           ${recorder.isOn && html`<button class="danger" onClick=${recorder.toggle}>Stop recording</button>`}
+          ${
+            cast.isOffered &&
+            html`
+              <button class="toggle" aria-pressed=${cast.isOn} onClick=${cast.toggle}
+                title="Shows this frame on a Looking Glass panel.">Cast</button>
+            `
+          }
           <button onClick=${full.toggle} aria-pressed=${full.isOn} title="Key F">Full screen</button>
         </span>
       </div>
@@ -196,6 +205,8 @@ function Look({ job, frames }) {
         onSize=${setPictureSize}
       />
       ${fault && html`<p class="fault" role="alert">${fault}</p>`}
+      ${cast.fault && html`<p class="fault" role="alert">${cast.fault}</p>`}
+      ${cast.isOffered && html`<p class="cast" role="status">${cast.said}</p>`}
       <p id="look-hint" class="unseen">${kind.hint}</p>
       <${TimeBar}
         frames=${numbers}

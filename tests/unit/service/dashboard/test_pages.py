@@ -6,12 +6,14 @@ import base64
 import hashlib
 import json
 import re
+from dataclasses import replace
 
 import pytest
 
 from service.dashboard.assets import PREFIX, VENDORED, assets, import_map
 from tests.builders_service import Client
 
+PANEL = "ws://localhost:11222/driver"
 _INLINE = re.compile(r"<script(?![^>]*\bsrc=)[^>]*>(.*?)</script>", re.DOTALL)
 _LOADED = re.compile(r'(?:src|href)="(/[^"#]*)"')
 
@@ -49,6 +51,20 @@ def test_the_policy_lets_nothing_in_from_elsewhere(guest: Client, stranger: Clie
         assert rules["frame-ancestors"] == rules["base-uri"] == ["'none'"]
         sources = {source for name, words in rules.items() if name != "script-src" for source in words}
         assert sources == {"'none'", "'self'"}
+
+
+@pytest.mark.promise(
+    "People",
+    "A page connects to nothing but the service and, only where the operator says so, a panel at a loopback address.",
+)
+def test_the_policy_lets_a_page_connect_to_the_panel_that_the_operator_names(guest: Client) -> None:
+    assert policy(guest)["connect-src"] == ["'self'"]
+    farm = guest.app.state  # type: ignore[attr-defined]
+    farm.lippmann = replace(farm.lippmann, settings=farm.lippmann.settings.model_copy(update={"panel_url": PANEL}))
+    assert policy(guest)["connect-src"] == ["'self'", "ws://localhost:11222"]
+    assert f'data-panel="{PANEL}"' in guest.get("/").text
+    guest.cookies.clear()
+    assert policy(guest)["connect-src"] == ["'self'"]
 
 
 def test_a_page_is_not_kept_and_what_it_loads_is_kept_for_a_year(guest: Client) -> None:
