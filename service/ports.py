@@ -8,12 +8,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal, Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lippmann.job.optics.viewing import Filter
+from lippmann.job.optics.viewing import Filter, PictureFormat
 from lippmann.job.scenes.scene import SceneManifest
 from lippmann.plan.artifact_store import ArtifactStore
 
@@ -57,11 +57,11 @@ class Pictures(Protocol):
         self,
         light: NDArray[np.floating[Any]],
         *,
-        as_format: Literal["png", "webp"],
+        as_format: PictureFormat,
         scale: int = 1,
         filter_name: Filter = "lanczos3",
     ) -> bytes:
-        """Enlarge linear light `(row, col, channel)` and encode it as an sRGB file."""
+        """Enlarge linear light `(row, col, channel)`; encode it as an sRGB file, or linearly as EXR."""
 
 
 class Scenes(Protocol):

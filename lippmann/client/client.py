@@ -371,7 +371,7 @@ class Client:
         what
             The kind of picture: `view`, `perspective`, `refocus`, `observer`, `views.atlas` or `depth.map`.
         parameters
-            Its parameters in the API, for example `u=3, v=4`, `depth_mm=20`, `scale=4`, `format="webp"`.
+            Its parameters in the API, for example `u=3, v=4`, `depth_mm=20`, `scale=4`, `format="exr"`.
         """
         url = f"{_API}/jobs/{plain_name(job_id)}/frames/{frame}/{what}"
         return self._transport.download_made(url, path, params={name: f"{one}" for name, one in parameters.items()})

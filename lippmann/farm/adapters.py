@@ -7,12 +7,12 @@ from __future__ import annotations
 
 from functools import cache
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lippmann.job.optics.viewing import Filter
+from lippmann.job.optics.viewing import Filter, PictureFormat
 from lippmann.lightfield.depth.depth_map import CHANNELS
 from lippmann.plan.artifact_store import ArtifactStore
 from povtemplates.catalogue import scene_folders
@@ -45,7 +45,7 @@ class _Pictures:
         self,
         light: NDArray[np.floating[Any]],
         *,
-        as_format: Literal["png", "webp"],
+        as_format: PictureFormat,
         scale: int = 1,
         filter_name: Filter = "lanczos3",
     ) -> bytes:

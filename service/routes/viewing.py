@@ -31,7 +31,9 @@ from service.viewing.viewable_frame import ViewableFrame
 
 router = APIRouter(prefix="/jobs/{job_id}/frames/{frame}", tags=["viewing"])
 
-_PICTURE: Responses = {200: {"content": {"image/png": {}, "image/webp": {}}}, **NOT_CHANGED}
+_MEDIA_TYPES = {"png": "image/png", "webp": "image/webp", "exr": "image/x-exr"}
+_PICTURE: Responses = {200: {"content": {media_type: {} for media_type in _MEDIA_TYPES.values()}}, **NOT_CHANGED}
+_ATLAS: Responses = {200: {"content": {"image/png": {}, "image/webp": {}}}, **NOT_CHANGED}
 _PFM = "image/x-portable-floatmap"
 _MAP: Responses = {200: {"content": {_PFM: {}}}, **NOT_CHANGED}
 
@@ -99,7 +101,7 @@ async def get_observed(query: Annotated[ObserverQuery, Query()], request: Pictur
     return await _picture(request, "observer", query, render.render_observer)
 
 
-@router.get("/views.atlas", response_class=Response, responses=_PICTURE)
+@router.get("/views.atlas", response_class=Response, responses=_ATLAS)
 async def get_atlas(query: Annotated[AtlasQuery, Query()], request: PictureRequestDep) -> Response:
     """Get all views as one picture for a graphics card; `look` describes their arrangement."""
     return await _picture(request, "views.atlas", query, render.render_atlas)
@@ -144,7 +146,7 @@ async def _picture(request: PictureRequest, what: str, query: Any, renderer: ren
     def make() -> bytes:
         return _make(request, render.FramePicture(request.frame, query, renderer))
 
-    return await _made(request, frames.etag_of(request.frame, what, query), make, f"image/{query.format}")
+    return await _made(request, frames.etag_of(request.frame, what, query), make, _MEDIA_TYPES[query.format])
 
 
 def _make(request: PictureRequest, wanted: render.Wanted) -> bytes:

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from lippmann.job.optics.viewing import EYES_APART_MM, PUPIL_MM, Filter, GapUse, Stereo
+from lippmann.job.optics.viewing import EYES_APART_MM, PUPIL_MM, Filter, GapUse, PictureFormat, Stereo
 from service.schemas.answer import Answer
 
 Depth = Annotated[float, Field(ge=-1e6, le=1e6)]
@@ -105,8 +105,8 @@ class _Query(BaseModel):
 
 
 class _PictureQuery(_Query):
-    format: Literal["png", "webp"] = "png"
-    """The format of the picture. WebP is lossy."""
+    format: PictureFormat = "png"
+    """The format of the picture: PNG and WebP have 8 bits in sRGB, WebP is lossy, and EXR has linear light as floats."""
 
 
 class _EyeQuery(_PictureQuery):
@@ -182,8 +182,10 @@ class ObserverQuery(_EyeQuery):
     """The longer side of the picture of one eye, in pixels."""
 
 
-class AtlasQuery(_PictureQuery):
+class AtlasQuery(_Query):
     """The largest picture that a graphics card takes."""
 
+    format: Literal["png", "webp"] = "png"
+    """The format of the picture. WebP is lossy."""
     max_px: int = Field(default=4096, ge=16, le=16_384)
     """The longest side of the atlas. If not all views fit, evenly spaced ones are taken."""

@@ -30,6 +30,8 @@ from service.viewing.viewable_frame import ViewableFrame
 
 MAX_PICTURE_PX = 8192
 """The longest side of a picture that is enlarged on demand."""
+MAX_EXR_PX = 4096
+"""The same as EXR, which has 12 bytes a pixel."""
 
 Light = NDArray[np.floating[Any]]
 
@@ -158,8 +160,9 @@ class FramePicture:
         light = self.render(sheets.sheet(self.frame, local_path), self.frame, query)
         scale = query.scale if isinstance(query, schema.ScaledQuery) else 1
         longest = max(light.shape[:2]) * scale
-        if scale > 1 and longest > MAX_PICTURE_PX:
-            expected = f"a picture of at most {MAX_PICTURE_PX} px"
+        most = MAX_EXR_PX if query.format == "exr" else MAX_PICTURE_PX
+        if scale > 1 and longest > most:
+            expected = f"a picture of at most {most} px"
             problem = FieldProblem(field="scale", expected=expected, got=f"{longest} px")
             raise Invalid(str(problem), problems=[problem])
         options = {"filter_name": query.filter} if isinstance(query, schema.ScaledQuery) else {}

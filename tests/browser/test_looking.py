@@ -50,6 +50,10 @@ HTMLCanvasElement.prototype.getContext = function (kind, ...more) {
 };"""
 
 
+OPENEXR = bytes.fromhex("762f3101")
+"""The first bytes of an OpenEXR file."""
+
+
 class Viewer:
     """The viewer of a job, and what its canvas shows."""
 
@@ -179,7 +183,7 @@ def test_where_a_hexagonal_lens_has_no_view_the_nearest_is_shown(open_frame: Cal
 def _as_the_service_makes_it(viewer: Viewer, farm: Farm) -> NDArray[Any]:
     """Return the picture of the service that the viewer links."""
     viewer.page.locator(".menu summary").click()
-    link = viewer.page.get_by_role("link", name="This picture").get_attribute("href")
+    link = viewer.page.get_by_role("link", name="This picture, one pixel per lens (PNG)").get_attribute("href")
     viewer.page.locator(".menu summary").click()
     answer = farm.service.client.get(f"{farm.url}{link}")
     return np.asarray(Image.open(io.BytesIO(answer.content)).convert("RGB")).astype(int)
@@ -312,7 +316,7 @@ def test_without_webgl_and_while_it_is_lost_the_service_s_own_pictures_are_shown
 
 
 def test_the_observer_asks_for_the_eyes_that_are_chosen_and_says_what_the_service_refuses(
-    page: Page, watch: Watch, open_frame: Callable[..., Viewer]
+    page: Page, farm: Farm, watch: Watch, open_frame: Callable[..., Viewer]
 ) -> None:
     viewer = open_frame(query="look=observer")
     size = "canvas => canvas.width / canvas.height"
@@ -325,6 +329,10 @@ def test_the_observer_asks_for_the_eyes_that_are_chosen_and_says_what_the_servic
     with page.expect_response("**/observer?*stereo=anaglyph*"):
         viewer.choose("Red-cyan")
     until(lambda: viewer.canvas.evaluate(size) == 1)
+    page.locator(".menu summary").click()
+    linear = page.get_by_role("link", name="This pair as two eyes see it (EXR)").get_attribute("href")
+    assert farm.service.client.get(f"{farm.url}{linear}").content.startswith(OPENEXR)
+    page.locator(".menu summary").click()
     body = '{"title": "Not found", "status": 404, "detail": "frame 1 is not assembled yet"}'
     page.route(
         "**/observer?*", lambda route: route.fulfill(status=404, body=body, content_type="application/problem+json")

@@ -1,20 +1,21 @@
-"""Convert pictures for the service: the bytes of a PNG or WebP.
+"""Convert pictures for the service: the bytes of a PNG, WebP or EXR.
 
 The functions may be called from any number of threads.
 """
 
 from __future__ import annotations
 
+from contextlib import AbstractContextManager
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lippmann.job.optics.viewing import Filter
+from lippmann.job.optics.viewing import Filter, PictureFormat
 from worker.images.read import read_rgb
 from worker.images.resize import resize
-from worker.images.write import encoded_png, encoded_webp
+from worker.images.write import encoded_exr, encoded_png, encoded_webp
 
 MASTER, SHOWN = ".exr", ".png"
 """The suffixes of files with linear light and with sRGB codes."""
@@ -42,16 +43,16 @@ def png(path: Path, *, bits: int = 8) -> bytes:
 
 
 def encoded_picture(
-    linear: NDArray[np.floating[Any]], *, as_format: Literal["png", "webp"], scale: int, filter_name: Filter
+    linear: NDArray[np.floating[Any]], *, as_format: PictureFormat, scale: int, filter_name: Filter
 ) -> bytes:
-    """Return linear light as an sRGB file of 8 bits.
+    """Return linear light as an sRGB file of 8 bits, or as it is.
 
     Parameters
     ----------
     linear
         `(rows, cols, 3)`.
     as_format
-        PNG, or WebP, which is lossy and smaller.
+        PNG; WebP, which is lossy and smaller; or EXR, linear light of single precision.
     scale
         The scale in both directions, in linear light.
     filter_name
@@ -65,6 +66,11 @@ def encoded_picture(
     if scale > 1:
         rows, cols = linear.shape[:2]
         linear = resize(linear, rows=rows * scale, cols=cols * scale, filter_name=filter_name)
-    encoded = encoded_png(linear, bits=8) if as_format == "png" else encoded_webp(linear)
-    with encoded as file:
+    with _encoded(linear, as_format) as file:
         return file.read()
+
+
+def _encoded(linear: NDArray[np.floating[Any]], as_format: PictureFormat) -> AbstractContextManager[BinaryIO]:
+    if as_format == "exr":
+        return encoded_exr(linear)
+    return encoded_png(linear, bits=8) if as_format == "png" else encoded_webp(linear)

@@ -21,7 +21,7 @@ from OpenImageIO import ImageOutput, ImageSpec, geterror
 from lippmann.errors import OutputError
 from worker.whole_file import new_file
 
-Format = Literal["png", "webp"]
+Format = Literal["png", "webp", "openexr"]
 
 
 @contextmanager
@@ -41,7 +41,7 @@ def encoded(
     to
         The file format, by OpenImageIO's name.
     store_as
-        The type of its numbers, by OpenImageIO's name: `uint8`, `uint16`.
+        The type of its numbers, by OpenImageIO's name: `uint8`, `uint16`, `float`.
     attributes
         Header attributes and settings of the writer.
 

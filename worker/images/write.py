@@ -126,6 +126,13 @@ def encoded_png(
     return encoded(srgb_codes(linear, bits=bits), to="png", store_as=f"uint{bits}", attributes=settings)
 
 
+def encoded_exr(linear: NDArray[np.floating[Any]]) -> AbstractContextManager[BinaryIO]:
+    """Yield linear light `(rows, cols, 3)` as an OpenEXR of single precision in memory; see `encoded`."""
+    _check_rgb(linear)
+    settings = {**_settings({}), "oiio:ColorSpace": LINEAR}
+    return encoded(linear.astype(np.float32, copy=False), to="openexr", store_as="float", attributes=settings)
+
+
 def write_code_rows(
     path: Path, bands: Iterable[NDArray[Any]], *, size: tuple[int, int], bits: int = 8, density: Density | None = None
 ) -> None:

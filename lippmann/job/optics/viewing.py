@@ -48,6 +48,9 @@ MAX_RAYS = 16_384
 """The greatest number of rays for a pixel; more rays change no code of a picture."""
 
 
+PictureFormat = Literal["png", "webp", "exr"]
+"""The format of a picture: PNG and WebP have sRGB codes of 8 bits, and EXR has linear light in single precision."""
+
 Filter = Literal["box", "triangle", "mitchell", "lanczos3"]
 """The resampling filter of an enlarged picture. `box` keeps the borders of pixels, `triangle` is linear, `lanczos3` is
 sharp and rings a little."""

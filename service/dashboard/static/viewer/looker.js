@@ -113,7 +113,8 @@ function Look({ job, frames }) {
   };
   // The modes that do not paint see a place, too.
   const asked = views && { ...given, stand: filled };
-  const url = asked && kind.query && pictureUrl(job.id, frame, ...kind.query(asked));
+  const [what, query] = (asked && kind.query?.(asked)) ?? [];
+  const url = what && pictureUrl(job.id, frame, what, query);
   const label = `Frame ${frame}, ${openStatus || kind.name}`;
 
   const canvas = () => hand.current?.stage?.querySelector("canvas:not(.empty)");
@@ -168,6 +169,8 @@ function Look({ job, frames }) {
         <span class="ends">
           <${Save}
             url=${url}
+            what=${what}
+            isPair=${stand.eyes !== "one" && what === "observer"}
             item=${item}
             name="${job.id}-${frame}"
             sheet=${kind.Picture ? stand.sheet : null}

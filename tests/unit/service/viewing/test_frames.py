@@ -29,6 +29,7 @@ from service.viewing.viewable_frame import ViewableFrame
 from tests.builders_service import CARD, Client, FakePictures, Farm
 from tests.unit.lippmann.lightfield.sheets import image_of
 from worker.images.colour import srgb_codes
+from worker.images.read import read_rgb
 from worker.images.write import write_exr
 
 RIG: dict[str, Any] = {"lens_array": {"count": [12, 10], "lattice": "square"}, "px_per_lens": 4}
@@ -76,6 +77,38 @@ def test_what_is_seen_is_what_the_library_makes_of_the_sheet(
         answer = api.get(f"/api/v1/jobs/{job_id}/frames/1/{asked}")
         assert (answer.status_code, answer.headers["Content-Type"]) == (200, "image/png"), asked
         np.testing.assert_array_equal(codes(answer.content), srgb_codes(light), err_msg=asked)
+
+
+def test_as_exr_the_light_comes_linear_and_exact(
+    looked: Farm, make_client: Callable[[Farm], Client], tmp_path: Path
+) -> None:
+    api = make_client(looked)
+    job_id, sheet, layout = stored(looked, tmp_path)
+    asked = {
+        "view?u=1&v=3": view(sheet, layout, 1, 3),
+        "refocus?depth_mm=-7.5": refocus(image_of(sheet, layout, focal_length_mm=3.3), -7.5),
+        "observer?x=-20&y=5&z=400&size=40&rays=4&stereo=anaglyph": observed(sheet, stereo="anaglyph"),
+    }
+    for query, light in asked.items():
+        url = f"/api/v1/jobs/{job_id}/frames/1/{query}"
+        answer = api.get(f"{url}&format=exr")
+        assert (answer.status_code, answer.headers["Content-Type"]) == (200, "image/x-exr"), query
+        assert answer.headers["ETag"] != api.get(url).headers["ETag"]
+        (tmp_path / "seen.exr").write_bytes(answer.content)
+        np.testing.assert_array_equal(read_rgb(tmp_path / "seen.exr", np.float32), light.astype(np.float32))
+    url = f"/api/v1/jobs/{job_id}/frames/1"
+    assert api.get(f"{url}/views.atlas?format=exr").json()["errors"][0]["field"] == "format"
+
+
+def test_an_exr_is_not_enlarged_beyond_what_twelve_bytes_a_pixel_allow(
+    looked: Farm, make_client: Callable[[Farm], Client], tmp_path: Path
+) -> None:
+    api = make_client(looked)
+    job_id, *_ = stored(looked, tmp_path, lens_array=RIG["lens_array"] | {"count": [130, 4]})
+    url = f"/api/v1/jobs/{job_id}/frames/1/view?scale=32&filter=box"
+    assert api.get(url).status_code == 200
+    problem = api.get(f"{url}&format=exr").json()["errors"][0]
+    assert (problem["field"], problem["got"]) == ("scale", "4160 px")
 
 
 def test_the_atlas_lies_as_the_description_says_on_a_hexagonal_lattice_too(
