@@ -106,7 +106,7 @@ class _Query(BaseModel):
 
 class _PictureQuery(_Query):
     format: PictureFormat = "png"
-    """The format of the picture: PNG and WebP have 8 bits in sRGB, WebP is lossy, and EXR has linear light as floats."""
+    """The format of the picture: PNG and WebP have sRGB codes of 8 bits, and WebP is lossy; EXR has linear light."""
 
 
 class _EyeQuery(_PictureQuery):
