@@ -1,4 +1,4 @@
-// Keyframes of a number: the curve is that of lippmann/job/keyframes.py, and a change keeps the frames rising.
+// Keyframes of a number: the curve is that of the library, and a change keeps the frames rising.
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import {
@@ -35,7 +35,7 @@ test("a linear curve goes straight from keyframe to keyframe, and is constant ou
 });
 
 test("a smooth curve has the values that the library computes", () => {
-  // From Keyframes(keyframes=..., interpolation="smooth").at(frame) of lippmann.job.keyframes.
+  // From Keyframes(keyframes=..., interpolation="smooth").at(frame) of lippmann.job.animation.keyframes.
   const smooth = { keyframes: KEYS, interpolation: "smooth" };
   const expected = [0, 4.386363636363637, 10, 11.770884520884522, 12.767813267813267, 13.880835380835382, 16];
   expected.forEach((value, place) => assert.ok(Math.abs(valueAtFrame(smooth, place + 1) - value) < 1e-12));
@@ -69,6 +69,7 @@ test("a keyframe that is moved stays between its neighbours and on whole frames"
   const animation = { keyframes: KEYS, interpolation: "smooth" };
   assert.deepEqual(moved(animation, 1, [5.4, 3], SPAN).keyframes[1], [5, 3]);
   assert.deepEqual(framesOf(moved(animation, 1, [99, 3], SPAN)), [1, 6, 7, 9]);
+  assert.deepEqual(framesOf(moved(animation, 1, [0, 3], SPAN)), [1, 2, 7, 9]);
   assert.deepEqual(framesOf(moved(animation, 0, [-5, 3], SPAN)), [1, 3, 7, 9]);
   assert.deepEqual(framesOf(moved(animation, 3, [12, 3], SPAN)), [1, 3, 7, 9]);
   assert.equal(moved(animation, 1, [5, 3], SPAN).interpolation, "smooth");

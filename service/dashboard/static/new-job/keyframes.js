@@ -1,4 +1,4 @@
-// Keyframes: a number of a job that changes with the frame, as lippmann/job/keyframes.py describes it. Pure: no DOM.
+// Keyframes: a number that changes with the frame, as lippmann/job/animation/keyframes.py describes it. Pure: no DOM.
 //
 // An animation is {keyframes: [[frame, value]], interpolation?}; it is constant before the first keyframe and after the
 // last one. The frames rise.
