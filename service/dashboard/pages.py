@@ -27,6 +27,7 @@ ASK_EVERY_TIME = "no-cache"
 REASONS = MappingProxyType(
     {
         "1": "This key is unknown, or the link was used or has expired.",
+        "ended": "Your session has ended, or its key was revoked. Log in again, and you are back where you were.",
         "login": "The login with your account has failed. Log in again.",
         "account": "Your account has no access to this farm. Its administrator can change that.",
         "provider": "The login of your organisation does not answer. Try again later.",

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
+from datetime import UTC, datetime, timedelta
 
+import pytest
 from playwright.sync_api import Page, Route, expect
 
+from service.dashboard.assets import MODULES_OF_PAGE, assets
 from tests.browser.conftest import Farm, Watch
 from tests.waiting import until
 
@@ -65,6 +69,40 @@ def test_a_frame_that_is_done_before_the_statuses_say_so_is_shown(
     page.route("**/frames/statuses", _as_before)
     log_in()
     expect(page.get_by_text("Frame 6 · ")).to_be_visible()
+
+
+def test_a_page_that_is_older_than_the_service_says_so_after_the_restart(
+    page: Page, watch: Watch, log_in: Callable[[], Page], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    log_in()
+    reload = page.get_by_role("button", name="Reload the page")
+    page.context.set_offline(True)
+    expect(page.get_by_text("Connection lost, trying again")).to_be_visible()
+    with page.expect_response("**/static/page.js") as same:
+        page.context.set_offline(False)
+    assert same.value.status == 304
+    expect(reload).to_have_count(0)
+    found = assets()
+    newer = replace(found[MODULES_OF_PAGE], digest="0" * 16)
+    monkeypatch.setattr("service.dashboard.pages.assets", lambda: {**found, MODULES_OF_PAGE: newer})
+    page.context.set_offline(True)
+    expect(page.get_by_text("Connection lost, trying again")).to_be_visible()
+    page.context.set_offline(False)
+    reload.click()
+    expect(page.get_by_role("heading", name="Jobs")).to_be_visible()
+    expect(reload).to_have_count(0)
+    assert all("ERR_INTERNET_DISCONNECTED" in text for text in watch.complaints)
+    watch.complaints.clear()
+
+
+def test_a_computer_whose_clock_is_wrong_by_a_day_still_says_when_a_job_was_submitted(
+    page: Page, farm: Farm, log_in: Callable[[], Page]
+) -> None:
+    farm.studio.hold()
+    farm.submit()
+    page.clock.install(time=datetime.now(UTC) + timedelta(days=1))
+    log_in()
+    expect(page.locator(".facts time")).to_have_text("just now")
 
 
 def _as_before(route: Route) -> None:

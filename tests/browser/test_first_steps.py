@@ -180,6 +180,38 @@ PIXELS = """canvas => {
 }"""
 
 
+def test_a_first_visit_leads_from_the_link_to_the_eye_of_a_fish_by_what_the_page_shows(
+    clone: Clone, chromium: Browser
+) -> None:
+    clone.type("lippmann keys link > link.txt\n")
+    (link,) = re.findall(r"http\S+token=\S+", (clone.folder / "link.txt").read_text())
+    page = chromium.new_context(viewport={"width": 1366, "height": 768}, reduced_motion="reduce").new_page()
+    page.goto(link)
+    page.get_by_role("link", name="New job").click()
+    submit = page.get_by_role("button", name="Submit")
+    expect(submit).to_be_in_viewport(ratio=1)  # before anything is scrolled
+    for field, value in {"Rows": "24", "Columns": "24", "Frames": "1"}.items():  # a small one, for the sake of time
+        page.get_by_label(field, exact=True).fill(value)
+    submit.click()
+    picture = page.locator(".stage canvas[aria-busy=false]:not(.empty)")
+    expect(picture).to_be_visible()
+    expect(page.get_by_text("Drag, or press the arrow keys, to turn the scene.")).to_be_in_viewport()
+    box = picture.bounding_box()
+    assert box
+    middle = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    shown = set[str]()
+    for away in (-0.4, 0.4):
+        page.mouse.move(middle[0] + away * box["width"], middle[1])
+        until(lambda: picture.evaluate(PIXELS) not in shown)
+        shown.add(picture.evaluate(PIXELS))
+    page.get_by_role("radio", name="Focus").check()
+    expect(page.get_by_text("Click an object to focus on it")).to_be_in_viewport()
+    expect(picture).to_be_visible()
+    page.mouse.click(*middle)
+    expect(page.locator(".stage .found")).to_contain_text(re.compile(r"mm (in front of|behind) the display"))
+    page.context.close()
+
+
 def test_ten_calls_of_curl_do_what_a_user_does(worked: Clone) -> None:
     need_to_run(["curl", "--version"], what="curl is not installed")
     address = read_farm_file(worked.folder / "data")

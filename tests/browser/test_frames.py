@@ -44,6 +44,29 @@ def test_thumbnails_appear_as_frames_finish(page: Page, farm: Farm, log_in: Call
     expect(pictures).to_have_count(6)
 
 
+def test_the_frame_under_the_pointer_stays_while_newer_ones_are_done(
+    page: Page, farm: Farm, log_in: Callable[[], Page]
+) -> None:
+    job = f"/jobs/{farm.submit_held()}"
+    log_in()
+    shown = page.locator(".looker .said .numbers")
+
+    def has_frame() -> bool:
+        farm.studio.let()
+        return bool(farm.service.client.get(job).json()["frames_done"])
+
+    until(has_frame, every_s=0.5)
+    expect(page.locator(".stage canvas:not(.empty)")).to_be_visible()
+    page.locator(".stage").hover()
+    first = shown.inner_text()
+    farm.studio.let(100)
+    expect(page.locator(".frames .cell.done")).to_have_count(6)
+    assert shown.inner_text() == first
+    page.locator(".job h1").hover()
+    expect(shown).to_contain_text("Frame 6")
+    assert not first.startswith("Frame 6")
+
+
 def test_a_frame_that_ends_while_the_frames_are_on_their_way_is_shown(
     page: Page, farm: Farm, log_in: Callable[[], Page]
 ) -> None:

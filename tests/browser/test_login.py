@@ -39,6 +39,25 @@ def test_a_wrong_key_is_said_beside_the_field(page: Page, farm: Farm, watch: Wat
     watch.complaints.clear()
 
 
+def test_who_loses_the_key_while_a_job_is_open_is_told_so_and_comes_back_to_it(
+    page: Page, farm: Farm, watch: Watch, log_in: Callable[[str], Page]
+) -> None:
+    farm.studio.hold()
+    job_id = farm.submit()
+    key = farm.service.new_key(Role.SUBMITTER)
+    log_in(key)
+    page.goto(f"{farm.url}/#/jobs/{job_id}?look=sheet")
+    expect(page.get_by_role("heading", name="A pond")).to_be_visible()
+    farm.service.client.delete(f"/keys/{key.split('_')[1]}").raise_for_status()
+    expect(page.get_by_role("alert")).to_contain_text("Your session has ended")
+    page.get_by_label("API key").fill(farm.key)
+    page.get_by_role("button", name="Log in").click()
+    expect(page.get_by_role("heading", name="A pond")).to_be_visible()
+    assert page.url == f"{farm.url}/#/jobs/{job_id}?look=sheet"
+    assert all(REFUSAL in text for text in watch.complaints)
+    watch.complaints.clear()
+
+
 def test_a_login_link_opens_the_dashboard(page: Page, farm: Farm) -> None:
     with farm.service.state.database.writing() as session:
         token = create_login_token(session)

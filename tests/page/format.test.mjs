@@ -1,7 +1,7 @@
 // Formats of numbers, durations and times.
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { ago, by, bytes, duration, many, percent } from "../../service/dashboard/static/shared/format.js";
+import { ago, by, bytes, duration, jobName, many, percent } from "../../service/dashboard/static/shared/format.js";
 
 test("durations have the two units that matter", () => {
   const said = [0, 59.6, 61, 3599, 3600, 48 * 3600].map(duration);
@@ -29,4 +29,9 @@ test("counts", () => {
   assert.equal(many(1, "frame"), "1 frame");
   assert.equal(many(1234, "frame"), "1,234 frames");
   assert.equal(by(720, 1280), "720 × 1,280");
+});
+
+test("a job without a title, or with a blank one, is called by its scene", () => {
+  const named = ["A pond", "", "  "].map((title) => jobName({ title, scene: "fish" }));
+  assert.deepEqual(named, ["A pond", "fish", "fish"]);
 });

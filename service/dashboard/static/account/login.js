@@ -10,7 +10,9 @@ form.addEventListener("submit", async (event) => {
   form.key.removeAttribute("aria-invalid");
   try {
     await logIn(form.key.value.trim());
-    location.replace(link("/"));
+    // Back to the place that a session which has ended showed.
+    history.replaceState(null, "", link("/") + location.hash);
+    location.reload();
   } catch (error) {
     fault.textContent = error.message;
     form.key.setAttribute("aria-invalid", "true");

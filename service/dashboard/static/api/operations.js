@@ -1,4 +1,5 @@
 // The requests to the API; no other module uses HTTP.
+import { hearDate } from "./clock.js";
 
 const ROOT = document.body.dataset.root; // The path under which a reverse proxy serves the dashboard, or nothing.
 // The bridge of a Looking Glass panel on the machine of the user, or nothing.
@@ -37,7 +38,8 @@ export const getLog = (id, task, attempt) =>
   get(`/jobs/${encodeURIComponent(id)}/tasks/${encodeURIComponent(task)}/log`, { attempt });
 export const getSidecar = (url) => answered(url, {});
 export const getScenes = () => get("/scenes", { limit: 200 });
-export const getHealth = () => get("/health");
+export const getHealth = () =>
+  answered(`${BASE}/health`, { cache: "no-store", heard: ({ headers }) => hearDate(headers.get("Date")) });
 export const getWorkers = () => get("/workers");
 export const getFarm = () => get("/farm");
 export const getFarmHistory = (hours) => get("/farm/history", { hours });
@@ -110,6 +112,16 @@ export function pictureUrl(id, frame, what, query) {
 // The depth to which to refocus, so that what is at a place {x, y}, 0 to 1, is sharp.
 export const getFocusDepth = (id, frame, place) => get(`/jobs/${encodeURIComponent(id)}/frames/${frame}/depth`, place);
 
+// Whether the service still has the modules of this page: after an update it has others.
+export async function isPageCurrent() {
+  const loaded = new URL(document.querySelector("script[type=module]").getAttribute("src"), location.href);
+  const etag = `"${loaded.searchParams.get("v")}"`;
+  const request = { cache: "no-store", headers: { "If-None-Match": etag }, signal: endOf(null, PATIENCE_MS) };
+  const response = await fetch(loaded.pathname, /** @type {RequestInit} */ (request)).catch(() => null);
+  await response?.body?.cancel();
+  return response?.status !== 200;
+}
+
 // The bytes of a PFM.
 export async function getNumbers(url, signal) {
   return (await answered(link(url), { signal })).arrayBuffer();
@@ -144,9 +156,9 @@ function send(method, path, body, headers = {}) {
 
 /**
  * @param {string} url
- * @param {RequestInit & { patience_ms?: number }} request
+ * @param {RequestInit & { patience_ms?: number, heard?: (response: Response) => void }} request
  */
-async function answered(url, { signal = null, patience_ms = PATIENCE_MS, ...request }) {
+async function answered(url, { signal = null, patience_ms = PATIENCE_MS, heard, ...request }) {
   let response, body;
   try {
     response = await fetch(url, { credentials: "same-origin", signal: endOf(signal, patience_ms), ...request });
@@ -154,8 +166,9 @@ async function answered(url, { signal = null, patience_ms = PATIENCE_MS, ...requ
   } catch {
     throw new Unreachable();
   }
-  // The session has ended, and the service now shows the login page.
-  if (response.status === 401 && url !== LOGIN) location.reload();
+  heard?.(response);
+  // The session has ended. The login page says so, and leads back here.
+  if (response.status === 401 && url !== LOGIN) location.replace(`${ROOT}/?refused=ended${location.hash}`);
   if (!response.ok && response.type !== "opaqueredirect") throw new Problem(response.status, body);
   return body;
 }

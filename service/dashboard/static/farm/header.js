@@ -15,6 +15,7 @@ const ACCOUNT = ["account", "keys", "audit"]; // The pages behind the link to th
 
 export function Header({ here }) {
   const link = useKnown((known) => known.link);
+  const isOutdated = useKnown((known) => known.isOutdated);
   const health = useKnown((known) => known.health);
   const session = useKnown((known) => known.session);
   const canSubmit = useKnown(maySubmit);
@@ -45,7 +46,10 @@ export function Header({ here }) {
       `
       }
     </header>
-    <p class="link ${link}" role="status" aria-live="polite">${LINKS[link]}</p>
+    <p class="link ${link}" role="status" aria-live="polite">
+      ${LINKS[link]}
+      ${isOutdated && html`Lippmann was updated. <button onClick=${() => location.reload()}>Reload the page</button>`}
+    </p>
   `;
 }
 

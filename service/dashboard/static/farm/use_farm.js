@@ -1,5 +1,6 @@
 // What the page of the farm shows, renewed with the events of jobs and the health of the farm: it has no own stream.
 import { useCallback, useEffect, useRef, useState } from "preact/hooks";
+import { nowMs } from "../api/clock.js";
 import { getFarm, getFarmHistory, getFarmOwners, getWorkers } from "../api/operations.js";
 import { useKnown } from "../state/store.js";
 
@@ -18,7 +19,7 @@ export function useFarm() {
     try {
       const [list, work] = await Promise.all([getWorkers(), getFarm()]);
       const { items: workers, excluded, known } = list;
-      setFound({ workers, excluded, known, work, at_s: Date.now() / 1000, fault: "" });
+      setFound({ workers, excluded, known, work, at_s: nowMs() / 1000, fault: "" });
     } catch (error) {
       setFound((before) => ({ ...before, fault: error.message }));
     }

@@ -16,6 +16,15 @@ const LABELS = {
   skip: "Skip failed frames",
   remove: "Remove",
 };
+const MEANINGS = {
+  pause: "Running tasks finish, and no others start.",
+  resume: "Tasks start again.",
+  cancel: "Ends the job; finished frames stay.",
+  retry: "Does what is not done once more.",
+  repair: "Verifies every file of the job, and makes the missing and damaged ones again.",
+  skip: "Makes the outputs without the failed frames.",
+  remove: "Deletes the job and all its files.",
+};
 const ASKED = ["cancel", "remove"];
 const canBegin = (job, action) => action in LABELS && (action !== "skip" || job.tasks.failed > 0);
 
@@ -59,7 +68,7 @@ function Buttons({ job }) {
         .filter((action) => canBegin(job, action))
         .map(
           (action) => html`
-        <button key=${action} disabled=${busy} onClick=${() => begin(action)}>
+        <button key=${action} title=${MEANINGS[action]} disabled=${busy} onClick=${() => begin(action)}>
           ${LABELS[action]}
         </button>
       `,

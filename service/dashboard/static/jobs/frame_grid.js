@@ -29,7 +29,9 @@ export function FrameGrid({ job }) {
   const width_px = useWidth(box);
   const layout = gridOf(total || job.frames_total, width_px); // Its room is there before the statuses are.
   const named = picked ?? (shown || null);
-  const square = total && named !== null ? Math.max(0, placeOfFrame(grid.numbers, named)) : 0;
+  // The viewer shows the last frame that is done, if the address names none.
+  const newest = total ? grid.statuses.lastIndexOf(STATUSES.indexOf("done")) : 0;
+  const square = total ? Math.max(0, named === null ? newest : placeOfFrame(grid.numbers, named)) : 0;
   const canvas = useCanvas(layout, grid, square, width_px);
   const open = (at) => {
     if (at < 0) return;

@@ -36,7 +36,7 @@ export function Job({ id }) {
     <article class="job">
       <a class="back" href="#/">← All jobs</a>
       <header>
-        <h1>${jobName(job)}</h1>
+        <h1 dir="auto" title=${jobName(job)}>${jobName(job)}</h1>
         <${Badge} status=${job.status} />
         <${Actions} job=${job} />
       </header>

@@ -1,5 +1,6 @@
 // The timeline of attempts by worker.
 import { useEffect, useState } from "preact/hooks";
+import { nowMs } from "../api/clock.js";
 import { getAttempts } from "../api/operations.js";
 import { count, duration, exactTime } from "../shared/format.js";
 import { html } from "../shared/html.js";
@@ -29,7 +30,7 @@ function Lanes({ job }) {
   const [fault, setFault] = useState("");
   const isOver = Boolean(job.ended_at);
   useEffect(() => {
-    const show = (found) => (setList({ ...found, now_s: Date.now() / 1000 }), setFault(""));
+    const show = (found) => (setList({ ...found, now_s: nowMs() / 1000 }), setFault(""));
     const load = () => getAttempts(job.id, MOST).then(show, (error) => setFault(error.message));
     load();
     const timer = isOver ? null : setInterval(load, RENEW_MS);

@@ -60,7 +60,7 @@ const ratioOf = ({ kind }, { size }) => String(((kind === "stereo" ? 2 : 1) * si
 const player = (output, job) => html`
   <figure key=${output.name}>
     <video controls loop muted playsinline preload="metadata" src=${output.url} aria-label=${title(output)}
-      style=${{ aspectRatio: ratioOf(output, job) }}></video>
+      poster=${job.poster && link(job.poster)} style=${{ aspectRatio: ratioOf(output, job) }}></video>
     <figcaption>${title(output)}</figcaption>
   </figure>
 `;

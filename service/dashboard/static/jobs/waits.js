@@ -30,7 +30,8 @@ export function Wait({ job }) {
 }
 
 // What happens in a job that does not wait; the line is always there, so that what follows stays where it is.
-function workOf({ tasks }) {
+function workOf({ status, tasks }) {
+  if (status === "probing") return "The first frame is rendered small: the scene is read, and the cost is estimated.";
   if (!tasks.running) return "The next tasks start in a moment.";
   return tasks.running === 1 ? "One task runs now." : `${count(tasks.running)} tasks run now.`;
 }

@@ -63,6 +63,11 @@ function Form({ schema, scenes, job, setJob }) {
   const pictures = useRef({}); // By scene.
   const preview = usePreview(job, !mayNot && !scene?.sheets && !design.problem);
   if (preview.preview) pictures.current[preview.preview.scene] = preview.preview.view;
+  // The form is long, and the field that is wrong may be out of sight.
+  useEffect(() => {
+    const wrong = refusal && document.querySelector("#new-job [aria-invalid=true]");
+    if (wrong instanceof HTMLElement) wrong.focus();
+  }, [refusal]);
   const put = (changed) => {
     setRefusal(null);
     setJob(changed);
@@ -71,7 +76,7 @@ function Form({ schema, scenes, job, setJob }) {
   // The values that count when the job says none: those of the scene, of the array by name, and those that follow.
   const array = schema.lens_arrays[valueAt(job, "rig.lens_array.preset")];
   const rig = { lens_array: array, px_per_lens: design.numbers?.px_per_lens };
-  const hints = { title: scene?.title, stage: scene?.stage, clock: scene?.clock, rig };
+  const hints = { title: job.scene, stage: scene?.stage, clock: scene?.clock, rig };
   const form = {
     job,
     faults,
@@ -105,7 +110,7 @@ function Form({ schema, scenes, job, setJob }) {
   const groups = useMemo(() => groupsOf(schema), [schema]);
   const paths = ["scene", "parameters", ...groups.flatMap(pathsOf)];
   return html`
-    <form onSubmit=${submit} noValidate aria-labelledby="submit-title">
+    <form id="new-job" onSubmit=${submit} noValidate aria-labelledby="submit-title">
       <${Presets} presets=${schema.presets} job=${job} setJob=${put} />
       <div class="fields">
         ${groups.map(
@@ -131,23 +136,29 @@ function Form({ schema, scenes, job, setJob }) {
       </div>
       <div class="end">
         <${JobText} job=${job} setJob=${put} />
-          ${
-            refusal &&
-            html`
-            <div class="fault whole" role="alert">
-              ${otherFaults(faults, paths).map((text) => html`<p>${text}</p>`)}
-              <p>${faults.length ? "Some fields need another look." : refusal.message}</p>
-            </div>
-          `
-          }
-          <p class="choices">
-            <button class="primary" disabled=${isBusy || mayNot}>${isBusy ? "Submitting …" : "Submit"}</button>
-            ${mayNot && html`<span class="quiet">${READS_ONLY}</span>`}
-          </p>
       </div>
     </form>
+    <div class="send">
+      ${
+        refusal &&
+        html`
+        <div class="fault whole" role="alert">
+          ${otherFaults(faults, paths).map((text) => html`<p>${text}</p>`)}
+          <p>${faults.length ? "Some fields need another look." : refusal.message}</p>
+        </div>
+      `
+      }
+      <p class="choices">
+        <button form="new-job" class="primary" disabled=${isBusy || mayNot}>
+          ${isBusy ? "Submitting …" : "Submit"}
+        </button>
+        <span class="quiet">${mayNot ? READS_ONLY : faults.length ? "" : READY}</span>
+      </p>
+    </div>
   `;
 }
+
+const READY = "Every field has a value already: the job can be submitted as it is.";
 
 const READS_ONLY =
   "Your key has the role viewer, which sees jobs and submits none. An administrator can give you a key " +

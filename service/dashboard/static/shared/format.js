@@ -37,4 +37,4 @@ export function bytes(number) {
   return `${short.format(Number((number / 1000 ** step).toPrecision(3)))} ${units[step]}`;
 }
 
-export const jobName = (job) => job.title || job.scene;
+export const jobName = (job) => job.title.trim() || job.scene;

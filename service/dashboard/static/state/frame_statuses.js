@@ -6,7 +6,7 @@ import { change, getState } from "./store.js";
 
 const RENEW_MS = 500;
 
-let heard = []; // events since the request whose answer is on its way
+let heard = null; // events since the request whose answer is on its way; null while none is
 let asked = 0;
 let timer = null;
 
@@ -15,24 +15,28 @@ export async function openStatuses(job) {
     change({ grid: { job, numbers: new Int32Array(0), statuses: new Uint8Array(0), version: 0 } });
   const request = ++asked;
   heard = [];
-  const { runs } = await getFrameStatuses(job);
+  const { runs } = await getFrameStatuses(job).catch((error) => {
+    if (request === asked) heard = null;
+    throw error;
+  });
   if (request !== asked || getState().grid?.job !== job) return;
   change({ grid: { job, ...expand(runs), version: getState().grid.version + 1 } });
   // The answer may be older than an event.
   const late = heard;
-  heard = [];
+  heard = null;
   late.forEach(hearStatus);
 }
 
 export function closeStatuses() {
   asked++;
+  heard = null;
   change({ grid: null });
 }
 
 export function hearStatus(event) {
   const { grid } = getState();
   if (grid?.job !== event.job) return;
-  heard.push(event);
+  heard?.push(event);
   const at = placeOfFrame(grid.numbers, event.frame);
   if (at < 0) return;
   grid.statuses[at] = Math.max(0, STATUSES.indexOf(event.status));

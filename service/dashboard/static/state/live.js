@@ -1,5 +1,6 @@
 // Keeps the state of the page current by one event stream; while the stream is interrupted, by polling.
-import { eventsUrl, getHealth, getJob } from "../api/operations.js";
+import { nowMs } from "../api/clock.js";
+import { eventsUrl, getHealth, getJob, isPageCurrent } from "../api/operations.js";
 import { hearFrame, renewPages } from "./frame_pages.js";
 import { hearStatus, renewStatuses } from "./frame_statuses.js";
 import { hearOfListed, reloadList, renewSoon } from "./job_list.js";
@@ -13,16 +14,18 @@ const WAITS_PAUSE_MS = 500; // Reasons to wait are renewed once for a burst of e
 
 let stream = null;
 let wait_ms = FIRST_WAIT_MS;
+let connections = 0;
 let waitsTimer = null;
 
 export function start() {
   connect();
   watchHealth();
-  setInterval(() => change({ now_ms: Date.now() }), NOW_MS);
+  setInterval(() => change({ now_ms: nowMs() }), NOW_MS);
 }
 
 function connect() {
   const opened = new EventSource(eventsUrl);
+  const isFirst = connections++ === 0;
   stream = opened;
   opened.addEventListener("open", async () => {
     // Load the changes that happened before the stream was open.
@@ -31,6 +34,8 @@ function connect() {
     if (!isAnswered) return reconnect();
     change({ link: "live" });
     wait_ms = FIRST_WAIT_MS;
+    // A service that was restarted may be another release.
+    if (!isFirst && !(await isPageCurrent())) change({ isOutdated: true });
   });
   opened.addEventListener("error", () => stream === opened && reconnect());
   listen("job", hearJob);
@@ -47,10 +52,14 @@ function listen(kind, hear) {
 function reconnect() {
   stream.close();
   stream = null;
-  setTimeout(async () => {
+  const again = async () => {
+    clearTimeout(timer);
+    removeEventListener("online", again);
     change({ link: (await refresh()) ? "polling" : "lost" });
     connect();
-  }, wait_ms);
+  };
+  const timer = setTimeout(again, wait_ms);
+  addEventListener("online", again); // The network of this computer is back, so there is nothing to wait for.
   if (getState().link !== "polling") change({ link: "lost" });
   wait_ms = Math.min(2 * wait_ms, LONGEST_WAIT_MS);
 }
@@ -109,7 +118,9 @@ async function renewWaits() {
 }
 
 async function loadHealth() {
-  change({ health: await getHealth() });
+  const health = await getHealth();
+  const isWrong = Math.abs(nowMs() - getState().now_ms) > NOW_MS; // The clock of this computer was.
+  change(isWrong ? { health, now_ms: nowMs() } : { health });
 }
 
 function watchHealth() {

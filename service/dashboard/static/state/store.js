@@ -5,6 +5,7 @@ const NOTIFY_MS = 40; // A burst of events redraws the page once.
 
 let state = {
   link: "starting", // starting | live | polling | lost
+  isOutdated: false, // The service has another release of this page.
   now_ms: Date.now(), // for "3 min ago"; updated twice a minute
   session: null, // the logged-in user, {name, role, owner_id}; the page comes with it
   health: null,
@@ -48,19 +49,23 @@ export function useKnown(select, inputs = []) {
 }
 
 // An answer may be older than an event that came while it was on its way: it then says nothing of the job of the event.
-const heardOf = {}; // The number of the last event of each job.
-let heard = 0;
+// What no request is on its way for is not kept.
+const heardOf = new Map(); // The number of the last event of each job.
 const removed = new Set();
+let heard = 0;
+let onTheirWay = 0;
 
 // Puts the job of an event.
 export function hear(job) {
-  heardOf[job.id] = ++heard;
+  if (onTheirWay) heardOf.set(job.id, ++heard);
   put([job]);
 }
 
 export function dropJob(id) {
-  heardOf[id] = ++heard;
-  removed.add(id);
+  if (onTheirWay) {
+    heardOf.set(id, ++heard);
+    removed.add(id);
+  }
   const { [id]: _, ...jobs } = state.jobs;
   change({ jobs });
 }
@@ -73,10 +78,19 @@ export function forgetJobs(isKept) {
 // Sends a request, puts the jobs of its answer, and returns the answer.
 export async function fetchJobs(request, jobsOf) {
   const asked = heard;
-  const answer = await request();
-  // What an event said and the page has forgotten since is not newer than nothing.
-  put(jobsOf(answer).filter(({ id }) => !(heardOf[id] > asked) || (!(id in state.jobs) && !removed.has(id))));
-  return answer;
+  onTheirWay++;
+  try {
+    const answer = await request();
+    // What an event said and the page has forgotten since is not newer than nothing.
+    put(jobsOf(answer).filter(({ id }) => !(heardOf.get(id) > asked) || (!(id in state.jobs) && !removed.has(id))));
+    return answer;
+  } finally {
+    onTheirWay--;
+    if (!onTheirWay) {
+      heardOf.clear();
+      removed.clear();
+    }
+  }
 }
 
 export const fetchJob = (request) => fetchJobs(request, (job) => [job]);

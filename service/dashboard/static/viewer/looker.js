@@ -63,6 +63,7 @@ function Look({ job, frames }) {
   const { stand, change } = useStand(job.id);
   const [graphics, setGraphics] = useState(GRAPHICS.there);
   const [isSteered, setSteered] = useState(false); // The hand has moved the eye.
+  const [held, hold] = useState(null); // The frame under the pointer stays, though newer ones are done.
   const [pictureSize, setPictureSize] = useState(null);
   const box = useRef(null);
   const hand = useRef(null);
@@ -73,7 +74,7 @@ function Look({ job, frames }) {
   const atlases = useAtlases(job.id);
 
   const { numbers } = frames;
-  const frame = stand.frame ?? numbers.at(-1);
+  const frame = stand.frame ?? stand.aim?.frame ?? held ?? numbers.at(-1);
   const places = frames.around(frame);
   const { at: index, before, after } = places;
   const item = index < 0 ? null : frames.itemOf(frame);
@@ -163,7 +164,8 @@ function Look({ job, frames }) {
   const said = openStatus || (asked && kind.said({ ...asked, isFree: stand.place === null }));
   const fault = openStatus ? "" : found.fault;
   return html`
-    <section ref=${box} class="looker ${full.isOn ? "full" : ""}" aria-label="Picture" onKeyDown=${press}>
+    <section ref=${box} class="looker ${full.isOn ? "full" : ""}" aria-label="Picture" onKeyDown=${press}
+      onPointerEnter=${() => hold(frame)} onPointerLeave=${() => hold(null)}>
       <div class="bar">
         <${Choice} name="Mode" choices=${TITLES} chosen=${stand.mode} choose=${choose} />
         <span class="ends">
@@ -210,7 +212,6 @@ function Look({ job, frames }) {
       ${fault && html`<p class="fault" role="alert">${fault}</p>`}
       ${cast.fault && html`<p class="fault" role="alert">${cast.fault}</p>`}
       ${cast.isOffered && html`<p class="cast" role="status">${cast.said}</p>`}
-      <p id="look-hint" class="unseen">${kind.hint}</p>
       <${TimeBar}
         frames=${numbers}
         places=${places}
@@ -238,9 +239,12 @@ function Look({ job, frames }) {
             <button onClick=${() => change({ zoom: FIT })}>${count(Math.round(100 * stand.zoom.scale))} %, fit</button>
           `
         }
-        <span class="numbers" aria-live=${player.isPlaying ? "off" : "polite"}>
-          Frame ${frame}${said && ` · ${said}`}
-        </span>
+        <p class="said">
+          <span id="look-hint" class="quiet">${kind.hint}</span>
+          <span class="numbers" aria-live=${player.isPlaying ? "off" : "polite"}>
+            Frame ${frame}${said && ` · ${said}`}
+          </span>
+        </p>
       </div>
     </section>
   `;
