@@ -1,6 +1,4 @@
 // The viewer of a job: the newest frame, or the chosen one, as a picture that moves.
-//   arrows  turn the scene, or steer the mode     + - 0  zoom     Shift and arrows  move the enlarged picture
-//   Page Up, Page Down  other frames     Space  play     1 2 3 4  modes     F  full screen
 import { useRef, useState } from "preact/hooks";
 import { pictureUrl } from "../api/operations.js";
 import { Choice } from "../shared/choice.js";
@@ -8,7 +6,9 @@ import { count } from "../shared/format.js";
 import { html } from "../shared/html.js";
 import { isExact } from "./atlases.js";
 import { GRAPHICS } from "./canvas.js";
+import { Empty } from "./empty.js";
 import { useCast } from "./cast/use_cast.js";
+import { pressed } from "./keys.js";
 import { MODES, TITLES } from "./modes/index.js";
 import { FilmStrip } from "./film_strip.js";
 import { useRecorder } from "./record.js";
@@ -25,38 +25,12 @@ import { useTilt } from "./use_tilt.js";
 import { homeOf } from "./views.js";
 import { FIT } from "./zoom.js";
 
-const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
-const TYPED = "input:not([type=radio], [type=checkbox], [type=range]), select, textarea";
-const CONTROLS = "input, select, button, a, summary";
-const STILL = { isPlaying: false, speed_fps: 8, isLooping: true };
-const NOWHERE = { at: -1, before: -1, after: 0 };
-const ZOOM_STEP = 1.25;
 const PAN_STEP = 0.1;
 
 export function Looker({ job }) {
   const frames = useFrames(job);
   if (!frames.numbers.length) return html`<${Empty} job=${job} />`;
   return html`<${Look} key=${job.id} job=${job} frames=${frames} />`;
-}
-
-// The viewer before there is a picture is as high as with one.
-function Empty({ job }) {
-  if (job.ended_at && !job.frames_done) return null;
-  const nothing = () => {};
-  return html`
-    <section class="looker" aria-label="Picture">
-      <fieldset class="bar" disabled>
-        <${Choice} name="Mode" choices=${TITLES} chosen="look" choose=${nothing} />
-        <span class="ends"><button>Save</button><button>Full screen</button></span>
-      </fieldset>
-      <div class="stage"><p class="soon">${job.ended_at ? "Loading …" : "The first frame appears here."}</p></div>
-      <fieldset disabled>
-        <${TimeBar} frames=${[]} places=${NOWHERE} show=${nothing} player=${STILL} isSequence=${job.frames_total > 1} />
-      </fieldset>
-      ${job.frames_total > 1 && html`<div class="strip"></div>`}
-      <div class="bar controls"></div>
-    </section>
-  `;
 }
 
 function Look({ job, frames }) {
@@ -133,34 +107,21 @@ function Look({ job, frames }) {
     change({ frame: numbers[place] });
   };
   const choose = (mode) => mode !== stand.mode && change({ mode, zoom: FIT }, { isStep: true });
+  const turned = (direction) => direction.map((each) => -PAN_STEP * each);
   const step = (direction) => {
-    if (!views || !kind.stepped) return hand.current.pan(...direction.map((each) => -PAN_STEP * each));
+    if (!views || !kind.stepped) return hand.current.pan(...turned(direction));
     const from = isPainted && kind.movesEye ? { ...asked, stand: { ...filled, place: hand.current.place() } } : asked;
     return change(kind.stepped(from, direction));
   };
-  const press = (event) => {
-    if (event.target.matches(TYPED) || event.ctrlKey || event.metaKey || event.altKey) return;
-    // Controls have keys of their own.
-    if (event.target.closest(CONTROLS) && (event.key in ARROWS || [" ", "PageUp", "PageDown"].includes(event.key)))
-      return;
-    const direction = ARROWS[event.key];
-    const keys = {
-      "+": () => hand.current.zoom(ZOOM_STEP),
-      "=": () => hand.current.zoom(ZOOM_STEP),
-      "-": () => hand.current.zoom(1 / ZOOM_STEP),
-      0: () => change({ zoom: FIT }),
-      PageUp: () => show(before),
-      PageDown: () => show(after),
-      f: full.toggle,
-      " ": player.toggle,
-      ...Object.fromEntries(Object.keys(MODES).map((mode, place) => [place + 1, () => choose(mode)])),
-    };
-    const pan = () => hand.current.pan(...direction.map((each) => -PAN_STEP * each));
-    const act = direction ? (event.shiftKey ? pan : () => step(direction)) : keys[event.key];
-    if (!act) return;
-    event.preventDefault();
-    act();
-  };
+  const press = pressed({
+    step,
+    pan: (direction) => hand.current.pan(...turned(direction)),
+    zoom: (factor) => hand.current.zoom(factor),
+    fit: () => change({ zoom: FIT }),
+    show: { before: () => show(before), after: () => show(after) },
+    toggle: { fullScreen: full.toggle, play: player.toggle },
+    modes: Object.keys(MODES).map((mode) => () => choose(mode)),
+  });
   const said = openStatus || (asked && kind.said({ ...asked, isFree: stand.place === null }));
   const fault = openStatus ? "" : found.fault;
   return html`
