@@ -19,7 +19,7 @@ from service.schemas.access import Role
 
 PATH = re.compile(r"[A-Za-z0-9_~][A-Za-z0-9._~-]*(/[A-Za-z0-9_~][A-Za-z0-9._~-]*)*")
 """A path prefix, without the slash at its begin."""
-OWN_PATHS = frozenset({"api", "docs", "static", "login", "logout", "metrics"})
+OWN_PATHS = frozenset({"api", "docs", "help", "static", "login", "logout", "metrics"})
 """The first parts of the paths of the service. A prefix that begins with one would be ambiguous."""
 _LOOPBACK = re.compile(r"ws://(localhost|127\.0\.0\.1):\d{1,5}/[A-Za-z0-9._~/-]*")
 """A WebSocket on the machine of whoever opens it."""

@@ -55,11 +55,13 @@ def test_a_panel_shows_the_frames_of_the_viewer_as_quilts_and_the_page_says_what
     expect(page.locator(".stage canvas[aria-busy=false]")).to_be_visible()
     assert panel.commands == []  # Nobody is asked before the button is pressed.
     cast.click()
-    expect(viewer.get_by_role("status")).to_have_text("On the panel: frame 1, a quilt of 4 \u00d7 2 views.")
+    expect(viewer.get_by_role("status", name="Panel")).to_have_text(
+        "On the panel: frame 1, a quilt of 4 \u00d7 2 views."
+    )
     _check_tiles(panel.shown[-1], 1)
     stage.focus()
     page.keyboard.press("PageDown")
-    expect(viewer.get_by_role("status")).to_contain_text("frame 2")
+    expect(viewer.get_by_role("status", name="Panel")).to_contain_text("frame 2")
     _check_tiles(panel.shown[-1], 2)
     cast.click()
     expect(cast).to_have_attribute("aria-pressed", "false")
@@ -68,7 +70,7 @@ def test_a_panel_shows_the_frames_of_the_viewer_as_quilts_and_the_page_says_what
     page.evaluate("hash => { location.hash = hash; }", f"#/jobs/{own}")
     expect(page.get_by_role("img", name="Frame 1")).to_be_visible()
     cast.click()
-    expect(viewer.get_by_role("status")).to_contain_text("frame 1, a quilt of 8 \u00d7 1 views")
+    expect(viewer.get_by_role("status", name="Panel")).to_contain_text("frame 1, a quilt of 8 \u00d7 1 views")
     name = names.job_artifact(own, "exports/quilt/0001_qs8x1a1.png")
     assert panel.shown[-1].png == farm.service.parts.store.get_bytes(name)
     cast.click()

@@ -17,7 +17,10 @@ export function Row({ job, href, isOpen, tick }) {
     }
     <a class="row" href=${href} aria-current=${isOpen ? "true" : null}>
       <${Picture} job=${job} />
-      <span class="name"><span dir="auto" title=${jobName(job)}>${jobName(job)}</span> <code title=${job.id}>${shortId(job.id)}</code></span>
+      <span class="name">
+        <span dir="auto" title=${jobName(job)}>${jobName(job)}</span>${" "}
+        <code title=${job.id}>${shortId(job.id)}</code>
+      </span>
       <${Badge} status=${job.status} />
       <${Bar} job=${job} />
       <span class="numbers">${count(job.frames_done)} / ${count(job.frames_total)} frames</span>

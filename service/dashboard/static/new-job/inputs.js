@@ -10,8 +10,8 @@ import { Input } from "./text_input.js";
 
 const FEW = 4; // Up to so many choices are radio buttons.
 
-// `form` is {job, set(path, value), faults, hints, animation}: `hints` are the values that count when the job says none,
-// by path; `animation` is the rule which numbers may change with the frame.
+// `form` is {job, set(path, value), faults, hints, animation}: `hints` are the values that count when the job says
+// none, by path; `animation` is the rule which numbers may change with the frame.
 export function Simple({ field, path, form }) {
   const value = valueAt(form.job, path);
   if (isAnimated(value)) return html`<${Animated} ...${{ field, path, form, value }} />`;

@@ -172,7 +172,7 @@ function Look({ job, frames }) {
       />
       ${fault && html`<p class="fault" role="alert">${fault}</p>`}
       ${cast.fault && html`<p class="fault" role="alert">${cast.fault}</p>`}
-      ${cast.isOffered && html`<p class="cast" role="status">${cast.said}</p>`}
+      ${cast.isOffered && html`<p class="cast" role="status" aria-label="Panel">${cast.said}</p>`}
       <${TimeBar}
         frames=${numbers}
         places=${places}
