@@ -1,6 +1,7 @@
 // Starts the page. The address selects the view; see shared/address.js.
 import { render } from "preact";
 import { useEffect, useLayoutEffect } from "preact/hooks";
+import { start as startFocus } from "./shared/focus.js";
 import { html } from "./shared/html.js";
 import { arrive, start as startScroll } from "./shared/scroll.js";
 import { read } from "./shared/address.js";
@@ -72,6 +73,7 @@ function skip(event) {
 }
 
 startScroll();
+startFocus();
 change({ session: JSON.parse(document.body.dataset.session) });
 render(html`<${App} />`, document.body);
 start();

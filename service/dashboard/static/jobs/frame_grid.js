@@ -22,7 +22,7 @@ export function FrameGrid({ job }) {
   const [hover, setHover] = useState(-1);
   useEffect(() => {
     openStatuses(job.id).catch((error) => setFault(error.message));
-    return closeStatuses;
+    return () => closeStatuses(job.id);
   }, [job.id]);
   const total = grid?.job === job.id ? grid.numbers.length : 0;
   const box = useRef(null);

@@ -27,7 +27,9 @@ export async function openStatuses(job) {
   late.forEach(hearStatus);
 }
 
-export function closeStatuses() {
+// Another job may have been opened before this one is closed.
+export function closeStatuses(job) {
+  if (getState().grid?.job !== job) return;
   asked++;
   heard = null;
   change({ grid: null });

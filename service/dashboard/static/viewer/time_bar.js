@@ -13,8 +13,8 @@ export function TimeBar({ frames, places, show, player, isSequence }) {
       <button class="play" onClick=${player.toggle} aria-label=${player.isPlaying ? "Pause" : "Play"}>
         ${player.isPlaying ? "❚❚" : "▶"}
       </button>
-      <button onClick=${() => show(before)} disabled=${before < 0} aria-label="Previous frame">←</button>
-      <button onClick=${() => show(after)} disabled=${after >= frames.length} aria-label="Next frame">
+      <button onClick=${() => show(before)} aria-disabled=${before < 0} aria-label="Previous frame">←</button>
+      <button onClick=${() => show(after)} aria-disabled=${after >= frames.length} aria-label="Next frame">
         →
       </button>
       <input
