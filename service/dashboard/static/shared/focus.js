@@ -1,5 +1,5 @@
-// Keeps the focus of the keyboard on the page: when a control goes that has it, because it was removed, hidden or disabled,
-// the next control near it gets the focus, and after a change of the page its main part.
+// Keeps the focus of the keyboard on the page. When a control goes that has it, because it was removed, hidden or
+// disabled, the next control near it gets the focus, and after a change of the page its main part.
 import { placeAfter } from "./focus_place.js";
 
 const CONTROLS = "a[href], button, input, select, textarea, summary, [tabindex]";
