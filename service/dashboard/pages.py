@@ -61,6 +61,7 @@ def show_page(
     settings = state.settings
     root = settings.path_prefix
     if caller is not None and not token:
+        state.processes.warm_up()  # The page shows pictures next.
         return _dashboard_page(root, caller, panel_url=settings.panel_url)
     provider = settings.oidc_name if settings.oidc_issuer else ""
     reason = REASONS.get(refused, REASONS["1"]) if refused else ""

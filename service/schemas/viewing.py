@@ -97,6 +97,8 @@ class FrameViews(Answer):
     """The viewing distance of the job's display."""
     depths: Depths
     atlas: AtlasPlan
+    first_atlas: AtlasPlan
+    """A small atlas for a first picture: at most 540 px wide and high, unless one view is larger."""
     depth_map: DepthMapPlan
 
 

@@ -24,6 +24,8 @@ from service.schemas.links import atlas_url, depth_map_url
 from service.viewing.depth import TrueDepth
 from service.viewing.viewable_frame import ViewableFrame
 
+FIRST_ATLAS_PX = 540
+"""The longest side of the atlas of a first picture; that of the fish over water has 141 kB as WebP."""
 MAX_SHEET_PX = 2**27
 """The largest integral image that can be viewed: 0.8 GB, and up to six times as much while it is refocused."""
 
@@ -70,8 +72,10 @@ def etag_of(frame: ViewableFrame, path: str, query: BaseModel, true_depth: TrueD
 def describe(frame: ViewableFrame, job_id: str, *, max_px: int) -> schema.FrameViews:
     """Describe the views of a frame."""
     layout, spec = frame.layout, frame.spec
-    atlas = plan_atlas(layout, max_px=max_px)
     rows, cols = layout.square_size()
+    whole = _atlas(frame, job_id, max_px=max_px)
+    is_small = max(whole.rows, whole.cols) <= FIRST_ATLAS_PX
+    first_px = min(max_px, max(FIRST_ATLAS_PX, rows, cols))
     existing = set(view_numbers(layout))
     every = ((u, v) for v in range(layout.cell_rows) for u in range(layout.cell_cols))
     return schema.FrameViews(
@@ -89,14 +93,19 @@ def describe(frame: ViewableFrame, job_id: str, *, max_px: int) -> schema.FrameV
         gap_mm=frame.gap_mm,
         viewing_distance_mm=spec.display.viewing_distance_mm,
         depths=_depths(frame),
-        atlas=schema.AtlasPlan(
-            url=atlas_url(job_id, frame.frame, max_px=max_px),
-            us=atlas.us, vs=atlas.vs, rows=atlas.rows, cols=atlas.cols,
-        ),
+        atlas=whole,
+        first_atlas=whole if is_small else _atlas(frame, job_id, max_px=first_px),
         depth_map=schema.DepthMapPlan(
             url=depth_map_url(job_id, frame.frame), source="estimate" if frame.depth_name is None else "truth",
         ),
     )  # fmt: skip
+
+
+def _atlas(frame: ViewableFrame, job_id: str, *, max_px: int) -> schema.AtlasPlan:
+    atlas = plan_atlas(frame.layout, max_px=max_px)
+    return schema.AtlasPlan(
+        url=atlas_url(job_id, frame.frame, max_px=max_px), us=atlas.us, vs=atlas.vs, rows=atlas.rows, cols=atlas.cols
+    )
 
 
 def _depths(frame: ViewableFrame) -> schema.Depths:

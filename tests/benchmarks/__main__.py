@@ -35,6 +35,7 @@ from tests.benchmarks import (
     sandbox,
     sheets,
     videos,
+    viewer,
 )
 from tests.ctrl_c import heed_ctrl_c
 from tests.leftovers import watch_this_run
@@ -112,6 +113,17 @@ LINES = (
     ),
     Line("the slowest page or list of 10,000 jobs and 1,000,000 tasks: p95", "<= 50 ms", pages.slowest_page),
     Line("a picture on demand, its sheet in memory: wall", "<= 50 ms", looks.slowest_ms),
+    Line(
+        "the viewer of a finished job opens on loopback: first picture, and bytes of views before a movement",
+        "<= 0.5 s, <= 150 kB",
+        viewer.first_picture,
+    ),
+    Line(
+        "a drag in the viewer without a graphics card, 8 x 8 views of 90 x 90: median, p95 to paint, and its sway",
+        "<= 60 ms, -, -",
+        viewer.small_drag,
+    ),
+    Line("a drag in the viewer, 24 x 24 views of 100 x 100: the same", "-, -, -", viewer.large_drag),
     Line("what an eye sees, 90 x 90 lenses of 8 px to 720 px: one ray a pixel", "<= 50 ms", observer.one_ray_ms),
     Line("what an eye sees, the same: 64 rays through the pupil", "<= 1000 ms", observer.pupil_ms),
     Line("what an eye sees by 1, 4, 16, 64, 256 rays differs from 4096: RMS codes", "-", observer.rays_differ),

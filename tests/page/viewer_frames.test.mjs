@@ -1,7 +1,7 @@
 // All frames of a job in the viewer: which are done, what is around one of them, and the film strip.
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { itemOf, numbersOf, placesAround } from "../../service/dashboard/static/viewer/frame_items.js";
+import { itemOf, numberOf, numbersOf, placesAround } from "../../service/dashboard/static/viewer/frame_items.js";
 import { placeByKey, scrolledTo } from "../../service/dashboard/static/viewer/strip.js";
 
 const DONE = 2;
@@ -47,4 +47,10 @@ test("the keys of a strip lead from a frame that is done to the next one, and no
   );
   assert.equal(placeByKey("ArrowRight", { before: 7, after: 9 }, 9), 8);
   assert.equal(placeByKey("ArrowLeft", { before: -1, after: 1 }, 9), 0);
+});
+
+test("the path of a thumbnail tells its frame", () => {
+  assert.equal(numberOf("/api/v1/jobs/0a/artifacts/thumbs/0042.webp"), 42);
+  assert.equal(numberOf("/api/v1/jobs/0a/artifacts/thumbs/12345.webp"), 12345);
+  assert.equal(numberOf(null), null);
 });

@@ -49,7 +49,20 @@ test("within the viewing zone less the display, each lens shows its own cell, an
   const aside = ownShare(EIGHT, { x: 75.7, y: 0, z: 500 }, 3.3);
   assert.ok(Math.abs(aside - 0.5) < 0.02, aside);
   assert.ok(ownShare(EIGHT, { x: 31, y: 0, z: 500 }, 3.3, 63) < 1, "one of two eyes is beyond");
-  assert.equal(ownShare({ ...EIGHT, lattice: "hexagonal" }, { x: 0, y: 0, z: 500 }, 3.3), null);
+});
+
+test("on the hexagonal lattice the lenses that show their own cell are those of the library", () => {
+  const array = { ...EIGHT, lattice: "hexagonal", lens_rows: 16, lens_cols: 20 };
+  // By lippmann.lightfield.views.perspective.inside_cells.
+  for (const [x, y, z, share] of [
+    [0, 0, 500, 1],
+    [60, 20, 500, 1],
+    [75, 0, 500, 0.55],
+    [0, 80, 500, 0.821875],
+    [40, -60, 400, 0],
+  ]) {
+    assert.ok(Math.abs(ownShare(array, { x, y, z }, 3.3) - share) < 0.01, `${x}, ${y}: ${share}`);
+  }
 });
 
 test("the slider has round steps over the useful range, and reaches what was clicked beyond it", () => {

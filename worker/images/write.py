@@ -23,6 +23,9 @@ from worker.whole_file import new_file
 
 _HALF_MAX = float(np.finfo(np.float16).max)
 _WEBP_QUALITY = 85
+_WEBP_METHOD = 2
+"""The effort of WebP for a picture that somebody waits for: five times as fast as the default 6, and 2 % larger
+(measured on an atlas of the fish)."""
 _PNG_LEVEL = 4
 """The compression level of PNG: twice as fast as the default 6 on an integral image, and 2 % larger (measured)."""
 
@@ -192,7 +195,10 @@ def write_thumbnail(path: Path, linear: NDArray[np.floating[Any]], *, longest_px
 def encoded_webp(linear: NDArray[np.floating[Any]]) -> AbstractContextManager[BinaryIO]:
     """Yield linear light `(rows, cols, 3)` as a lossy sRGB WebP in memory; see `encoded`."""
     _check_rgb(linear)
-    settings = {"compression": f"webp:{_WEBP_QUALITY}"}
+    settings: dict[str, str | int | float] = {
+        "compression": f"webp:{_WEBP_QUALITY}",
+        "webp:method": _WEBP_METHOD,
+    }
     return encoded(srgb_codes(linear), to="webp", store_as="uint8", attributes=settings)
 
 

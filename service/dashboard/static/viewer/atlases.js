@@ -4,7 +4,6 @@ import { Shelf } from "./shelf.js";
 import { isWhole } from "./views.js";
 import { MAX_ATLAS_PX } from "./webgl.js";
 
-const FIRST_PX = 540; // The longest side of a first atlas, unless one view is larger; fish over water has 141 kB.
 // The largest atlas that is loaded as PNG, from which the browser refocuses; a larger one is loaded as lossy WebP.
 const EXACT_PX = 2048 ** 2;
 const MEMORY_BYTES = 192 * 2 ** 20;
@@ -56,12 +55,9 @@ export class Atlases {
 
   async load(text, size, signal) {
     const frame = Number(text);
-    let frameViews = await this.describe(frame);
-    const isPng = size === "whole" && isExact(frameViews);
-    if (size === "first" && area(frameViews) > FIRST_PX ** 2) {
-      const side_px = Math.max(FIRST_PX, frameViews.view_cols, frameViews.view_rows);
-      frameViews = await getFrameViews(this.job, frame, side_px, signal);
-    }
+    const described = await this.describe(frame);
+    const isPng = size === "whole" && isExact(described);
+    const frameViews = size === "first" ? { ...described, atlas: described.first_atlas } : described;
     const url = `${link(frameViews.atlas.url)}&format=${isPng ? "png" : "webp"}`;
     return { frame, size, frameViews, bitmap: await getPicture(url, signal) };
   }

@@ -1,4 +1,5 @@
 // The viewer before there is a picture; it is as high as with one.
+import { link } from "../api/operations.js";
 import { Choice } from "../shared/choice.js";
 import { html } from "../shared/html.js";
 import { TITLES } from "./modes/index.js";
@@ -16,7 +17,13 @@ export function Empty({ job }) {
         <${Choice} name="Mode" choices=${TITLES} chosen="look" choose=${nothing} />
         <span class="ends"><button>Save</button><button>Full screen</button></span>
       </fieldset>
-      <div class="stage"><p class="soon">${job.ended_at ? "Loading …" : "The first frame appears here."}</p></div>
+      <div class="stage">
+        ${
+          job.thumb
+            ? html`<img class="poster" src=${link(job.thumb)} alt="" />`
+            : html`<p class="soon">${job.ended_at ? "Loading …" : "The first frame appears here."}</p>`
+        }
+      </div>
       <fieldset disabled>
         <${TimeBar} frames=${[]} places=${NOWHERE} show=${nothing} player=${STILL} isSequence=${job.frames_total > 1} />
       </fieldset>

@@ -14,6 +14,12 @@ export function itemOf(frame, pathOf) {
   return { frame, ...Object.fromEntries(paths) };
 }
 
+// The number of the frame of a picture, or null for no path.
+export function numberOf(path) {
+  const found = /\/(\d{4,})\.[a-z]+$/.exec(path ?? "");
+  return found && Number(found[1]);
+}
+
 // The numbers of the frames that are done: those that a loaded page lists, and with the statuses of all frames the
 // others. Either may be older than the other, so a frame is done if one of them says so.
 export function numbersOf(listed, grid, done) {

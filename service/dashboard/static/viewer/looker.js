@@ -29,11 +29,12 @@ const PAN_STEP = 0.1;
 
 export function Looker({ job }) {
   const frames = useFrames(job);
+  const atlases = useAtlases(job);
   if (!frames.numbers.length) return html`<${Empty} job=${job} />`;
-  return html`<${Look} key=${job.id} job=${job} frames=${frames} />`;
+  return html`<${Look} key=${job.id} job=${job} frames=${frames} atlases=${atlases} />`;
 }
 
-function Look({ job, frames }) {
+function Look({ job, frames, atlases }) {
   const { stand, change } = useStand(job.id);
   const [graphics, setGraphics] = useState(GRAPHICS.there);
   const [isSteered, setSteered] = useState(false); // The hand has moved the eye.
@@ -45,7 +46,6 @@ function Look({ job, frames }) {
   const room = useSize(box, ".stage");
   const full = useFullScreen(box);
   const isCalm = useMotionPreference();
-  const atlases = useAtlases(job.id);
 
   const { numbers } = frames;
   const frame = stand.frame ?? stand.aim?.frame ?? held ?? numbers.at(-1);

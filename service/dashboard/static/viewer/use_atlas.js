@@ -1,11 +1,24 @@
 // The atlas of a frame, first a small one, and then the whole one if it is wanted.
 import { useEffect, useMemo } from "preact/hooks";
 import { useRequest } from "../api/request.js";
+import { read } from "../shared/address.js";
 import { Atlases } from "./atlases.js";
+import { numberOf } from "./frame_items.js";
+import { fromQuery } from "./stand.js";
 
+// The atlases of a job. The first picture is asked for at once, and not after the page is painted and the frames of the
+// job are listed.
 export function useAtlases(job) {
-  const atlases = useMemo(() => new Atlases(job), [job]);
+  const atlases = useMemo(() => begun(job), [job.id]);
   useEffect(() => () => atlases.close(), [atlases]);
+  return atlases;
+}
+
+function begun(job) {
+  const atlases = new Atlases(job.id);
+  const { frame, mode } = fromQuery(read().query);
+  const first = frame ?? numberOf(job.thumb);
+  if (first !== null && mode === "look") atlases.get(first, "first").catch(() => {});
   return atlases;
 }
 

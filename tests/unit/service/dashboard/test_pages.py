@@ -12,6 +12,7 @@ import pytest
 
 from service.dashboard.assets import PREFIX, VENDORED, assets, import_map
 from tests.builders_service import Client
+from tests.waiting import until
 
 PANEL = "ws://localhost:11222/driver"
 _INLINE = re.compile(r"<script(?![^>]*\bsrc=)[^>]*>(.*?)</script>", re.DOTALL)
@@ -29,6 +30,11 @@ def test_a_stranger_is_asked_for_a_key_and_a_guest_is_not(stranger: Client, requ
     text = guest.get("/").text
     assert 'name="key"' not in text
     assert "page.js" in text
+
+
+def test_the_page_starts_the_process_that_will_make_its_pictures(guest: Client) -> None:
+    guest.get("/")
+    assert until(lambda: guest.app.state.lippmann.processes.pids)  # type: ignore[attr-defined]
 
 
 def test_a_page_that_sent_a_wrong_key_without_scripts_says_so(stranger: Client) -> None:

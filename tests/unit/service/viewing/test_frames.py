@@ -79,6 +79,21 @@ def test_what_is_seen_is_what_the_library_makes_of_the_sheet(
         np.testing.assert_array_equal(codes(answer.content), srgb_codes(light), err_msg=asked)
 
 
+def test_the_first_atlas_is_small_and_has_the_outermost_views(
+    looked: Farm, make_client: Callable[[Farm], Client], tmp_path: Path
+) -> None:
+    api = make_client(looked)
+    job_id, _, layout = stored(looked, tmp_path, lens_array=RIG["lens_array"] | {"count": [130, 80]}, px_per_lens=8)
+    said = api.get(f"/api/v1/jobs/{job_id}/frames/1/look").json()
+    whole, first = said["atlas"], said["first_atlas"]
+    assert (len(whole["us"]), len(whole["vs"])) == (layout.cell_cols, layout.cell_rows)
+    assert max(first["rows"], first["cols"]) <= 540 < max(whole["rows"], whole["cols"])
+    assert (first["us"][0], first["us"][-1]) == (0, layout.cell_cols - 1)
+    assert codes(api.get(f"{first['url']}&format=webp").content).shape == (first["rows"], first["cols"], 3)
+    small = api.get(f"/api/v1/jobs/{stored(looked, tmp_path)[0]}/frames/1/look").json()
+    assert small["first_atlas"] == small["atlas"]
+
+
 def test_as_exr_the_light_comes_linear_and_exact(
     looked: Farm, make_client: Callable[[Farm], Client], tmp_path: Path
 ) -> None:

@@ -46,8 +46,8 @@ export const observer = {
     if (gap === "real" || gap === "virtual") return EYES.find(([kind]) => kind === eyes)[1].toLowerCase();
     const used_mm = gap === "own" ? gap_mm : frameViews.gap_mm;
     const own = ownShare(frameViews, eye, used_mm, eyes === "one" ? 0 : apart_mm);
-    const crosstalk = own === null ? "" : `, crosstalk at ${percent(1 - own)} of the lenses`;
-    return `viewing zone ±${count(Math.round(zoneOf(frameViews, used_mm, eye.z) / 2))} mm${crosstalk}`;
+    const zone = `viewing zone ±${count(Math.round(zoneOf(frameViews, used_mm, eye.z) / 2))} mm`;
+    return `${zone}, crosstalk at ${percent(1 - own)} of the lenses`;
   },
   Controls: ({ frameViews, stand, change }) => {
     const eye = (axis) => (value) => change({ eye: { ...stand.eye, [axis]: value } });
