@@ -4,7 +4,7 @@ import { seenFrom } from "./depth_map.js";
 
 export const UNKNOWN_MM = -60000; // It stands for an unknown depth, behind all others; half floats hold it.
 // The largest view whose depth is estimated for this; its estimate takes the service about two seconds.
-const ESTIMATED_PX = 160 ** 2;
+const ESTIMATED_PX = 256 ** 2;
 const KEPT = 16;
 
 // Whether the depth is worth its time: the true one always is.

@@ -3,7 +3,10 @@ import { BLEND, ENLARGE, EVERYWHERE, GUIDED, REFOCUS } from "./shaders.js";
 import { LEFT, RIGHT } from "./stereo.js";
 import { blend, numbersAt, presence, substitutes } from "./views.js";
 
-export const MAX_ATLAS_PX = 4096; // The largest texture side that phones support, 64 MiB.
+// The largest texture side that phones support, 64 MiB. Of more views the atlas has evenly spaced ones. An array of
+// textures would hold them all, but 45 x 45 views of 200 x 200 need 0.3 GB of memory, and as much again as a bitmap; the
+// depth guides the eye between views that are there.
+export const MAX_ATLAS_PX = 4096;
 const LAYERS = 10; // of depths: those of eight views and two eyes
 const QUICK_PX = 256 ** 2;
 const PLAIN = [1, 0, 0, 0, 1, 0, 0, 0, 1];
