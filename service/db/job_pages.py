@@ -11,7 +11,7 @@ from sqlalchemy import ColumnElement, Double, case, cast, func, literal_column, 
 from sqlalchemy.orm import Session
 
 from lippmann.job.states import JobStatus
-from service.db.jobs import is_seen_by
+from service.db.jobs import OPEN, is_seen_by
 from service.db.tables import BackgroundJob, Job
 from service.schemas.job import JobSort
 
@@ -131,6 +131,7 @@ _VALUES: MappingProxyType[JobSort, ColumnElement[Any]] = MappingProxyType(
         JobSort.OWNER: func.lower(Job.owner),
         JobSort.STATUS: case({status.value: float(rank) for rank, status in enumerate(JobStatus)}, value=Job.status),
         JobSort.PRIORITY: cast(Job.priority, Double),
+        JobSort.WORK: cast(case((Job.status.in_(OPEN), -Job.priority), else_=1), Double),
         JobSort.FRAMES: cast(Job.frames_total, Double),
         JobSort.PROGRESS: _PROGRESS,
         JobSort.COST: Job.cpu_s.expression,

@@ -157,6 +157,9 @@ class JobSort(StrEnum):
     STATUS = "status"
     """The place of the status in the life of a job."""
     PRIORITY = "priority"
+    WORK = "work"
+    """The order in which open jobs get slots: the highest priority first, among equals the oldest. Jobs that have ended
+    come after them."""
     FRAMES = "frames"
     PROGRESS = "progress"
     TIME_LEFT = "time_left"

@@ -80,6 +80,36 @@ def test_ten_thousand_jobs_are_scrolled_searched_sorted_and_removed(
     expect(heading).to_have_text(f"Jobs {before - 3}")
 
 
+def test_open_jobs_change_places_by_keys_and_by_dragging(page: Page, farm: Farm, log_in: Callable[[], Page]) -> None:
+    farm.studio.hold()
+    ids = {title: farm.submit(title=title) for title in ("First", "Second", "Third")}
+    log_in()
+    page.goto(f"{farm.url}/#/?sort=work")
+    rows = page.locator(".jobs li")
+    expect(rows).to_contain_text(["First", "Second", "Third"])
+    handle = page.get_by_role("button", name="Place of Third")
+    handle.focus()
+    page.keyboard.press("Alt+ArrowUp")
+    question = page.get_by_role("dialog", name="Change 2 priorities?")
+    expect(question.get_by_role("listitem")).to_have_text(["First: 50 → 61", "Third: 50 → 61"])
+    question.get_by_role("button", name="Change").click()
+    expect(rows).to_contain_text(["First", "Third", "Second"])
+    expect(page.get_by_text("Third is number 2 with priority 61.")).to_be_visible()
+    expect(handle).to_be_focused()
+
+    start = page.get_by_role("button", name="Place of Second").bounding_box()
+    assert start is not None
+    x, y = start["x"] + 10, start["y"] + 20
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x, y - 156, steps=4)
+    expect(rows.first).to_have_class("before")
+    page.mouse.up()
+    expect(rows).to_contain_text(["Second", "First", "Third"])
+    priorities = {title: farm.service.client.get(f"/jobs/{job_id}").json()["priority"] for title, job_id in ids.items()}
+    assert priorities == {"First": 61, "Second": 72, "Third": 61}
+
+
 def test_the_order_stays_under_the_pointer_until_it_leaves(page: Page, farm: Farm, log_in: Callable[[], Page]) -> None:
     farm.studio.hold()
     first = farm.submit(title="First")

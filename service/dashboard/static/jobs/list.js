@@ -7,11 +7,13 @@ import { holdList, openList, renewList, showRows } from "../state/job_list.js";
 import { mayChange, maySubmit, useKnown } from "../state/store.js";
 import { Filters } from "./filters.js";
 import { hrefOf, isFiltered, parseQuery } from "./list_query.js";
+import { isInOrderOfWork, useReorder } from "./reorder.js";
 import { Row } from "./row.js";
 import { Several } from "./several.js";
 import { between, visibleRows } from "../shared/windowing.js";
 
 const ROW_PX = 78; // as in jobs/list.css
+const HOW = "A handle is dragged, or moved by Alt and the arrow keys.";
 
 // `isMain` is true where the list is all that the page shows.
 export function JobList({ open, isMain }) {
@@ -23,6 +25,7 @@ export function JobList({ open, isMain }) {
   const canSelect = useKnown(maySubmit);
   const hold = useHold(rows);
   const [first, end] = useWindow(rows, list.total, hold.scrolled);
+  const places = useReorder(rows, query, ROW_PX);
   const [picked, setPicked] = useState(new Map()); // jobs by id
   const last = useRef(null); // the row that was selected last
   const turn = (row) => (event) => {
@@ -41,7 +44,8 @@ export function JobList({ open, isMain }) {
     const canTick = job && canSelect && mayChange({ session }, job);
     shown.push(html`
       <li key=${row} style=${{ transform: `translateY(${row * ROW_PX}px)` }} aria-setsize=${list.total}
-        aria-posinset=${row + 1}>
+        aria-posinset=${row + 1} class=${placeClass(places.drag, row)}>
+        ${job && places.handleOf(row, job)}
         ${
           job &&
           html`<${Row} job=${job} href=${hrefOf(id, query)} isOpen=${id === open}
@@ -61,11 +65,21 @@ export function JobList({ open, isMain }) {
         ${isHeld && html`The list has changed. <button onClick=${() => renewList({ force: true })}>Update</button>`}
         ${list.fault && html`<span class="fault">${list.fault}</span>`}
       </p>
+      ${isInOrderOfWork(query) && html`<p class="places quiet" role="status">${places.words || (canSelect && HOW)}</p>`}
+      ${places.question}
       ${list.isLoaded && list.total === 0 && html`<${Empty} query=${query} canSubmit=${canSelect} />`}
       <ol ref=${rows} style=${{ height: `${list.total * ROW_PX}px` }} ...${hold.listeners}>${shown}</ol>
       <p class="unseen" role="status">${list.isLoaded && isFiltered(query) && `${many(list.total, "job")} found`}</p>
     </div>
   `;
+}
+
+// The row that is dragged, and the edge of the row beside which it would go.
+function placeClass(drag, row) {
+  if (!drag) return null;
+  if (row === drag.row) return "dragged";
+  if (row !== drag.to) return null;
+  return drag.to < drag.row ? "before" : "behind";
 }
 
 function Empty({ query, canSubmit }) {

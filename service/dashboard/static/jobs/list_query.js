@@ -10,6 +10,7 @@ export const SORTS = {
   time_left: ["Time left", true],
   cost: ["CPU time", false],
   priority: ["Priority", false],
+  work: ["Order of work", true],
   frames: ["Frames", false],
 };
 

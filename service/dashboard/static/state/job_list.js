@@ -66,7 +66,8 @@ export function hearOfListed(job, before) {
   const { query } = getState().list;
   if (query === null) return;
   // The ids of jobs rise with time.
-  const moves = isNewestFirst(query) ? job.id > newest : before?.status !== job.status;
+  const isOther = before?.status !== job.status || before?.priority !== job.priority;
+  const moves = isNewestFirst(query) ? job.id > newest : isOther;
   if (!moves && !job.removed) return;
   change({ list: { ...getState().list, isStale: true } });
   renewSoon();

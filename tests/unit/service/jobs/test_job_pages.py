@@ -48,6 +48,7 @@ ORDERS = {
     JobSort.OWNER: [1, 3, 0, 2, 4],
     JobSort.STATUS: [4, 1, 3, 0, 2],
     JobSort.PRIORITY: [4, 3, 0, 2, 1],
+    JobSort.WORK: [1, 3, 4, 0, 2],
     JobSort.FRAMES: [0, 1, 2, 4, 3],
     JobSort.PROGRESS: [2, 4, 1, 3, 0],
     JobSort.TIME_LEFT: [3, 1, 0, 2, 4],
