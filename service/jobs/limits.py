@@ -7,6 +7,7 @@ for, so it is lowered, and the notes of the job say so.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import NamedTuple
 
 from sqlalchemy.orm import Session
 
@@ -80,28 +81,50 @@ def check_quota(session: Session, owner_id: str, *, frames: int, limits: Limits)
         If the artifacts of the owner are too large.
     """
     check_storage(session, owner_id, limits=limits)
-    jobs, open_frames = job_rows.open_of(session, owner_id)
-    for limit, count, what in (
-        (limits["open_jobs"], jobs + 1, "open jobs"),
-        (limits["open_frames"], open_frames + frames, "frames in open jobs"),
-    ):
-        if count > limit.value:
-            message = f"{owner_id!r} would have {count} {what}, expected {limit}; wait until jobs end, or cancel some"
+    for demand in owner_demands(session, owner_id, frames=frames):
+        limit = limits[demand.name]
+        if demand.value > limit.value:
+            asked = f"would have {demand.value} {demand.words}"
+            message = f"{owner_id!r} {asked}, expected {limit}; wait until jobs end, or cancel some"
             raise QuotaExceeded(message, retry_after_s=RETRY_S)
 
 
-def _problems_of_size(spec: JobSpec, limits: Limits) -> Iterator[FieldProblem]:
+class Demand(NamedTuple):
+    """How much of a limit a job asks for."""
+
+    name: str
+    """The name of the limit."""
+    value: int
+    words: str
+    """The fields of the job that determine it, or what is counted."""
+
+
+def job_demands(spec: JobSpec) -> tuple[Demand, ...]:
+    """Return how much of the limits of one job a job asks for."""
     size, frames = frame_size(spec.rig), len(spec.frame_numbers)
     frame_px = size.px * spec.rays_per_px * spec.render.samples
     rows, cols = (1, 1) if spec.render.tiles == "auto" else spec.render.tiles
-    for name, field, value in (
-        ("frames", "frames", frames),
-        ("frame_px", _size_fields(spec), frame_px),
-        ("job_px", "frames x pixels of a frame", frames * frame_px),
-        ("tasks", "frames x render.tiles", task_count(spec, tile_rows=rows, tile_cols=cols)),
-    ):
+    return (
+        Demand("frames", frames, "frames"),
+        Demand("frame_px", frame_px, _size_fields(spec)),
+        Demand("job_px", frames * frame_px, "frames x pixels of a frame"),
+        Demand("tasks", task_count(spec, tile_rows=rows, tile_cols=cols), "frames x render.tiles"),
+    )
+
+
+def owner_demands(session: Session, owner_id: str, *, frames: int) -> tuple[Demand, ...]:
+    """Return how much an owner would have of the limits of all jobs with one more job of some frames."""
+    jobs, open_frames = job_rows.open_of(session, owner_id)
+    return (
+        Demand("open_jobs", jobs + 1, "open jobs"),
+        Demand("open_frames", open_frames + frames, "frames in open jobs"),
+    )
+
+
+def _problems_of_size(spec: JobSpec, limits: Limits) -> Iterator[FieldProblem]:
+    for name, value, fields in job_demands(spec):
         if value > limits[name].value:
-            yield FieldProblem(field=field, expected=str(limits[name]), got=str(value))
+            yield FieldProblem(field=fields, expected=str(limits[name]), got=str(value))
 
 
 def _size_fields(spec: JobSpec) -> str:

@@ -30,12 +30,16 @@ def check_storage(session: Session, owner_id: str, *, limits: Limits) -> None:
     StorageQuotaExceeded
         If they are. Waiting does not help, so the error has no time.
     """
-    limit = limits["artifacts_mb"]
-    stored_mb = usage_rows.artifact_bytes(session, [owner_id]).get(owner_id, 0) / MEGABYTE
+    limit, stored_mb = limits["artifacts_mb"], stored_by(session, owner_id)
     if stored_mb > limit.value:
         problem = FieldProblem(field="artifacts_mb", expected=str(limit), got=f"{stored_mb:.15g}")
         message = f"the artifacts of {owner_id!r} have {stored_mb:.15g} MB, expected {limit}; remove jobs"
         raise StorageQuotaExceeded(message, problems=[problem])
+
+
+def stored_by(session: Session, owner_id: str) -> float:
+    """Return the size of the artifacts of an owner in megabytes."""
+    return usage_rows.artifact_bytes(session, [owner_id]).get(owner_id, 0) / MEGABYTE
 
 
 def pause_beyond_quota(session: Session, rows: Iterable[Job], *, now_s: float, settings: Settings) -> None:

@@ -7,9 +7,10 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Body, Header, Query, Response
 from fastapi.responses import JSONResponse
 
-from service.api.design import design_job, draw_job
-from service.dependencies import AppStateDep, ScopeDep
+from service.api.design import check_job_file, design_job, draw_job
+from service.dependencies import AppStateDep, ScopeDep, ViewerDep
 from service.routes.jobs import JOB_FILE
+from service.schemas.check import JobCheck
 from service.schemas.design import Design
 
 SVG = "image/svg+xml"
@@ -34,3 +35,12 @@ def compute_design(
         return Response(draw_job(state.database, body, frame=frame, owner_id=scope), media_type=SVG, headers=headers)
     found = design_job(state.database, body, frame=frame, owner_id=scope)
     return JSONResponse(found.model_dump(mode="json"), headers=headers)
+
+
+@router.post("/check", openapi_extra=JOB_FILE)
+def check_job(state: AppStateDep, caller: ViewerDep, body: Annotated[Any, Body()]) -> JobCheck:
+    """Check a job file as a submission does, and store nothing: what is wrong at which field, design and limits.
+
+    An invalid job file is answered with 200 and the fields at fault, so that a form asks while somebody writes.
+    """
+    return check_job_file(state.database, caller, body, settings=state.settings)

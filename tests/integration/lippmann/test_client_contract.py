@@ -36,6 +36,7 @@ NOT_NEEDED = {
     "GET /api/v1/jobs/{job_id}/frames/statuses": "what the dashboard draws; GET .../frames says the same in pages",
     "GET /api/v1/jobs/{job_id}/attempts": "what the dashboard draws; GET .../tasks has the attempts",
     "GET /api/v1/jobs/{job_id}/events": "GET /api/v1/events gives the same for one job",
+    "POST /api/v1/design/check": "a form asks it while somebody writes; POST /api/v1/design says the same in one error",
     "GET /api/v1/schemas/{name}": "`JobSpec.model_json_schema()` gives the same",
     "GET /api/v1/waiting": "autoscalers read it",
     "GET /api/v1/worker-keys": "its own tests call it",

@@ -50,6 +50,7 @@ RULES: dict[str, tuple[str, bool]] = {
     "GET /api/v1/farm/history": (SEE, False),
     "GET /api/v1/farm/owners": (SEE, False),
     "POST /api/v1/design": (SEE, False),
+    "POST /api/v1/design/check": (SEE, False),
     "POST /api/v1/preview": (SUBMIT, False),
     "GET /api/v1/events": (SEE, False),
     "GET /api/v1/scenes": (SEE, False),
@@ -186,6 +187,7 @@ class Door:
         bodies: dict[str, dict[str, Any]] = {
             "POST /api/v1/jobs": {"json": SPEC},
             "POST /api/v1/design": {"json": SPEC},
+            "POST /api/v1/design/check": {"json": SPEC},
             "POST /api/v1/preview": {"json": SPEC},
             "PATCH /api/v1/jobs/{job_id}": {"json": {"priority": 60}},
             "POST /api/v1/keys": {"json": {"name": "new"}},

@@ -76,6 +76,7 @@ export function postScene(name, bundle) {
 
 export const postJob = (spec, key) => send("POST", "/jobs", spec, { "Idempotency-Key": key });
 export const getSchema = (name) => get(`/schemas/${name}`);
+export const postCheck = (spec) => send("POST", "/design/check", spec);
 export const postDesign = (spec) => send("POST", "/design", spec);
 export const postPreview = (spec, stream) => send("POST", `/preview?${new URLSearchParams({ stream })}`, spec);
 export const postDrawing = (spec) => send("POST", "/design", spec, { Accept: "image/svg+xml" });

@@ -1,52 +1,24 @@
 // The design of a job beside the form: the drawing of the optical bench, the main numbers, the depth budget, the
 // warnings and the cost. Every part has its place before the service answers, so that nothing moves.
 import { useEffect, useRef, useState } from "preact/hooks";
-import { getSchema, link, postDesign, postDrawing } from "../api/operations.js";
+import { getSchema, link } from "../api/operations.js";
 import { by, bytes, duration, quantity } from "../shared/format.js";
 import { html } from "../shared/html.js";
+import { useDesign } from "./check.js";
 import { pageOfNumber } from "./documentation.js";
 import { Documented } from "./documented.js";
 import { words } from "./help.js";
-
-// The pause after the last key stroke, so that no request is sent for every digit.
-const PAUSE_MS = 400;
-
-/** @type {{ numbers?: any, drawing?: string, isStale: boolean, problem: any }} */
-const NOTHING = { isStale: true, problem: null };
-
-// Returns the design of the last job that had one.
-export function useDesign(spec) {
-  const [found, setFound] = useState(NOTHING);
-  const question = JSON.stringify(spec);
-  useEffect(() => {
-    if (!spec) {
-      setFound({ ...NOTHING, isStale: false });
-      return undefined;
-    }
-    let isWanted = true;
-    const put = (patch) => isWanted && setFound((before) => ({ ...before, ...patch }));
-    const ask = () =>
-      Promise.all([postDesign(spec), postDrawing(spec)]).then(
-        ([numbers, drawing]) => put({ numbers, drawing, isStale: false, problem: null }),
-        (problem) => put({ isStale: true, problem }),
-      );
-    const timer = setTimeout(ask, PAUSE_MS);
-    put({ isStale: true });
-    return () => {
-      isWanted = false;
-      clearTimeout(timer);
-    };
-  }, [question]);
-  return found;
-}
+import { Limits } from "./limits.js";
 
 export function Design({ spec }) {
   return html`<${DesignPanel} ...${useDesign(spec)} />`;
 }
 
 // While the form has an error, the last design is shown, dimmed, and the error stands over its drawing.
-/** @param {{ numbers?: any, drawing?: string, isStale: boolean, problem: any }} design */
-export function DesignPanel({ numbers, drawing, isStale, problem }) {
+/**
+ * @param {{ numbers?: any, drawing?: string, limits?: any[], isStale: boolean, problem: any }} design
+ */
+export function DesignPanel({ numbers, drawing, limits, isStale, problem }) {
   return html`
     <section class="design" aria-label="Design" aria-busy=${isStale && !problem}>
       <div class=${problem ? "stale" : ""}>
@@ -63,6 +35,7 @@ export function DesignPanel({ numbers, drawing, isStale, problem }) {
           `
         }
       </div>
+      ${limits && html`<${Limits} limits=${limits} />`}
       <${Meanings} />
     </section>
   `;

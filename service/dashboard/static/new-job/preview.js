@@ -6,10 +6,9 @@ import { html } from "../shared/html.js";
 import { valueAt } from "./job_file.js";
 import { angleOf, turned } from "./turn.js";
 
-const PAUSE_MS = 120; // Less than the pause of the design: a slider should be followed.
 const ASK_AGAIN_MS = 15_000; // How long it is taken as known whether a worker renders previews.
 const REPLACED = 409; // A newer preview of this page was asked for.
-const INVALID = 422; // The design says what is wrong.
+const INVALID = 422; // The check says what is wrong.
 const NOBODY = "No worker that is online renders previews.";
 const NEEDS_SUBMITTER = "A preview needs a key with the role submitter.";
 const BEGUN = "The first frame is rendered …";
@@ -21,10 +20,9 @@ export function usePreview(job, isWanted) {
   const work = useRef({ isBusy: false, next: null, isGone: false });
   const question = isWanted ? JSON.stringify(job) : "";
   useEffect(() => {
-    if (!question) return undefined;
+    if (!question) return;
     work.current.next = job;
-    const timer = setTimeout(() => renderNext(work.current, setFound), PAUSE_MS);
-    return () => clearTimeout(timer);
+    renderNext(work.current, setFound);
   }, [question]);
   useEffect(() => () => void (work.current.isGone = true), []);
   return found;

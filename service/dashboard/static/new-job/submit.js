@@ -4,12 +4,14 @@ import { getJob, getScenes, getSchema, link, postJob } from "../api/operations.j
 import { html } from "../shared/html.js";
 import { useAddress } from "../shared/use_address.js";
 import { change, fetchJob, getState, maySubmit, useKnown } from "../state/store.js";
-import { DesignPanel, useDesign } from "./design.js";
+import { useCheck } from "./check.js";
+import { DesignPanel } from "./design.js";
 import { faultsAt, hasFault, otherFaults } from "./faults.js";
 import { Field, More } from "./fields.js";
 import { groupsOf } from "./groups.js";
 import { jobFileOf, valueAt, withValue } from "./job_file.js";
 import { JobText } from "./job_text.js";
+import { exceededWords } from "./limits.js";
 import { Parameters } from "./parameters.js";
 import { Preview, usePreview } from "./preview.js";
 import { Presets } from "./presets.js";
@@ -59,9 +61,11 @@ function Form({ schema, scenes, job, setJob }) {
   const last = useRef({ text: "", key: "" });
   const mayNot = useKnown((known) => known.session !== null && !maySubmit(known));
   const scene = scenes.find(({ name }) => name === job.scene);
-  const design = useDesign(scene?.sheets ? null : job); // Imported integral images have no design.
+  const design = useCheck(job);
   const pictures = useRef({}); // By scene.
-  const preview = usePreview(job, !mayNot && !scene?.sheets && !design.problem);
+  // A preview is asked for when the service has accepted the job.
+  const isAccepted = !design.problem && !design.faults.length && design.checked === JSON.stringify(job);
+  const preview = usePreview(job, !mayNot && !scene?.sheets && isAccepted);
   if (preview.preview) pictures.current[preview.preview.scene] = preview.preview.view;
   // The form is long, and the field that is wrong may be out of sight.
   useEffect(() => {
@@ -72,7 +76,8 @@ function Form({ schema, scenes, job, setJob }) {
     setRefusal(null);
     setJob(changed);
   };
-  const faults = (refusal || design.problem)?.fields || [];
+  const faults = refusal?.fields.length ? refusal.fields : design.faults;
+  const beyond = exceededWords(design.limits);
   // The values that count when the job says none: those of the scene, of the array by name, and those that follow.
   const array = schema.lens_arrays[valueAt(job, "rig.lens_array.preset")];
   const rig = { lens_array: array, px_per_lens: design.numbers?.px_per_lens };
@@ -148,11 +153,18 @@ function Form({ schema, scenes, job, setJob }) {
         </div>
       `
       }
+      <div role="status">
+        ${
+          beyond.length > 0 &&
+          html`<div class="whole beyond"><p>The service refuses this job as it is.</p>
+            ${beyond.map((text) => html`<p>${text}</p>`)}</div>`
+        }
+      </div>
       <p class="choices">
         <button form="new-job" class="primary" disabled=${isBusy || mayNot}>
           ${isBusy ? "Submitting …" : "Submit"}
         </button>
-        <span class="quiet">${mayNot ? READS_ONLY : faults.length ? "" : READY}</span>
+        <span class="quiet">${mayNot ? READS_ONLY : faults.length || beyond.length ? "" : READY}</span>
       </p>
     </div>
   `;

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Callable
 from typing import Any, cast
 from xml.etree import ElementTree as ET
 
@@ -10,10 +11,13 @@ import pytest
 
 from service.api import design
 from service.auth import create_key
-from service.schemas.access import Role
+from service.main import create_app
+from service.schemas.access import KeyLimits, Role
 from tests.builders_service import SPEC, Client, Farm
 
 DESIGN = "/api/v1/design"
+OFFSET = "rig.lens_array.offset_mm"
+FAR = SPEC | {"rig": {"lens_array": {"offset_mm": 5000}}}
 SVG = {"Accept": "image/svg+xml"}
 
 
@@ -107,3 +111,45 @@ def test_a_viewer_may_ask_and_a_stranger_may_not(api: Client, api_farm: Farm) ->
     assert api.post(DESIGN, json=SPEC, headers={"Authorization": f"Bearer {viewer}"}).status_code == 200
     api.headers.pop("Authorization")
     assert api.post(DESIGN, json=SPEC).status_code == 401
+
+
+def test_a_check_answers_every_job_file_with_the_fields_at_fault_or_with_the_design(api: Client) -> None:
+    found = api.post(f"{DESIGN}/check", json=SPEC).json()
+    assert (found["detail"], found["errors"]) == ("", [])
+    assert found["design"] == api.post(DESIGN, json=SPEC).json()
+    for body, field in (
+        ([], None),
+        (SPEC | {"colour": 1}, "colour"),
+        (SPEC | {"scene": "nowhere"}, "scene"),
+        (FAR, OFFSET),
+    ):
+        answer = api.post(f"{DESIGN}/check", json=body)
+        refused = api.post(DESIGN, json=body).json()
+        assert answer.status_code == 200
+        assert (answer.json()["detail"], answer.json()["errors"]) == (refused["detail"], refused["errors"])
+        assert [error["field"] for error in refused["errors"]] == ([field] if field else [])
+        assert answer.json()["design"] is None
+
+
+def test_a_check_says_what_the_job_would_use_of_each_limit_as_a_submission_does(make_farm: Callable[..., Farm]) -> None:
+    farm = make_farm(coordinator=False, max_frames=4, max_open_jobs=1)
+    with Client(create_app(farm.settings, farm.parts)) as client:
+        with farm.writing() as session:
+            _, key = create_key(session, "small", Role.SUBMITTER, limits=KeyLimits(frames=3), now_s=farm.now_s)
+        client.headers["Authorization"] = f"Bearer {key}"
+        found = client.post(f"{DESIGN}/check", json=SPEC | {"frames": "1-3"}).json()
+        limits = {limit["name"]: limit for limit in found["limits"]}
+        assert not any(limit["exceeded"] for limit in limits.values())
+        assert limits["frames"] == {
+            "name": "frames", "used": 3, "limit": 3, "source": "the limit frames of the key", "exceeded": False,
+        }  # fmt: skip
+        assert limits["open_jobs"]["used"] == 1
+        longer = SPEC | {"frames": "1-4"}
+        found = client.post(f"{DESIGN}/check", json=longer).json()
+        assert found["errors"] == client.post("/api/v1/jobs", json=longer).json()["errors"]
+        assert [limit["name"] for limit in found["limits"] if limit["exceeded"]] == ["frames"]
+        assert found["design"] is not None
+        assert client.post("/api/v1/jobs", json=SPEC).status_code == 201
+        found = client.post(f"{DESIGN}/check", json=SPEC).json()
+        assert [limit["name"] for limit in found["limits"] if limit["exceeded"]] == ["open_jobs"]
+        assert client.post("/api/v1/jobs", json=SPEC).status_code == 429
