@@ -127,7 +127,7 @@ function Item({ field, item, place, path, form, remove }) {
       </p>
       ${
         one?.tag &&
-        html`<p class="help">${words(one.help)}
+        html`<p class="help">${words(one.help)}${" "}
           <${Documented} page=${pageOfOutput(one.tag)}>More<span class="unseen"> about ${title}</span><//></p>`
       }
       <${Help} id=${path} said=${faultsAt(form.faults, path, children)} />
