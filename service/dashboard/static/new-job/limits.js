@@ -3,13 +3,17 @@ import { usageGroups } from "../account/usage_words.js";
 import { html } from "../shared/html.js";
 import { Documented } from "./documented.js";
 
+const PAGE = "keys.html#limits-and-quotas";
+
 const rowsOf = (limits) => usageGroups(limits).flatMap(([, rows]) => rows);
 
 export function Limits({ limits }) {
   const beyond = new Set(limits.filter(({ exceeded }) => exceeded).map(({ name }) => name));
   return html`
     <section class="limits" aria-label="Limits">
-      <h3>Limits <${Documented} page="keys.html#limits-and-quotas">More<span class="unseen"> about limits</span><//></h3>
+      <h2>
+        Limits${" "}<${Documented} page=${PAGE}>More<span class="unseen"> about limits</span><//>
+      </h2>
       <dl>
         ${rowsOf(limits).map(
           ({ name, title, used, limit, source }) => html`
