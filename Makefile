@@ -41,7 +41,7 @@ chaos: setup-test ## Try every kind of fault five times with seeds, which takes 
 	$(BIN)/python -m tests.chaos $(ARGS)
 
 outages: setup-test ## Run the long tests of outages and upgrades, which take hours
-	$(BIN)/pytest -m long $(if $(ARGS),$(ARGS),tests/chaos tests/integration)
+	$(BIN)/pytest -m long $(if $(ARGS),$(ARGS),tests/browser tests/chaos tests/integration)
 
 fuzz: setup-test ## Fuzz the readers of foreign texts, pictures and names with 100,000 inputs each, and the API with 1,500 requests a route
 	$(BIN)/python -m tests.security.fuzz $(if $(ARGS),$(ARGS),--inputs 100000)

@@ -105,6 +105,23 @@ def test_a_computer_whose_clock_is_wrong_by_a_day_still_says_when_a_job_was_subm
     expect(page.locator(".facts time")).to_have_text("just now")
 
 
+def test_a_fault_in_one_page_is_said_and_leaves_the_rest(
+    page: Page, farm: Farm, watch: Watch, log_in: Callable[[], Page]
+) -> None:
+    job_id = farm.submit_held()
+    log_in()
+    page.route(f"**/api/v1/jobs/{job_id}", lambda route: route.fulfill(json=route.fetch().json() | {"size": None}))
+    page.goto(f"{farm.url}/#/farm")
+    page.reload()
+    expect(page.get_by_role("heading", name="Farm")).to_be_visible()
+    page.goto(f"{farm.url}/#/jobs/{job_id}")
+    expect(page.get_by_role("heading", name="This page cannot be drawn")).to_be_visible()
+    page.get_by_role("link", name="Account", exact=True).click()
+    expect(page.get_by_role("heading", name="Your account")).to_be_visible()
+    assert watch.complaints
+    watch.complaints.clear()
+
+
 def _as_before(route: Route) -> None:
     """Answer with the statuses as they were when the job began."""
     answer = route.fetch()

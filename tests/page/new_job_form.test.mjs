@@ -15,7 +15,7 @@ import {
   valueAt,
   withValue,
 } from "../../service/dashboard/static/new-job/job_file.js";
-import { fieldOf, fieldsOf, formWith, startOf } from "../../service/dashboard/static/new-job/schema.js";
+import { fieldOf, fieldsOf, formWith, startOf, parameterTitle } from "../../service/dashboard/static/new-job/schema.js";
 
 const CONTRACT = JSON.parse(readFileSync(new URL("../../service/openapi.json", import.meta.url), "utf8"));
 const JOB = { ...CONTRACT.components.schemas.JobSpec, components: CONTRACT.components };
@@ -189,4 +189,17 @@ test("two values are the same whatever the order of their names", () => {
 
 test("the model of each output is in the reference", () => {
   for (const { model: name } of field("JobSpec", "outputs").forms) assert.ok(model(name).properties);
+});
+
+test("a parameter is called by its name without its unit, and never by nothing", () => {
+  const named = [
+    ["water_depth_mm", "mm"],
+    ["mm", "mm"],
+    ["_", null],
+    ["ripple", "mm"],
+  ];
+  assert.deepEqual(
+    named.map((one) => parameterTitle(...one)),
+    ["Water depth", "Mm", "_", "Ripple"],
+  );
 });

@@ -1,6 +1,6 @@
 // Starts the page. The address selects the view; see shared/address.js.
 import { render } from "preact";
-import { useEffect, useLayoutEffect } from "preact/hooks";
+import { useEffect, useErrorBoundary, useLayoutEffect } from "preact/hooks";
 import { start as startFocus } from "./shared/focus.js";
 import { html } from "./shared/html.js";
 import { arrive, start as startScroll } from "./shared/scroll.js";
@@ -45,6 +45,7 @@ function App() {
     <div class="columns" data-view=${here.view}>
       <${JobList} open=${here.id} isMain=${here.view === "list"} />
       <div id="main" role=${here.view === "list" ? null : "main"} tabindex="-1">
+        <${Guard} key=${page}>
         ${here.view === "new" && html`<${Submit} />`}
         ${here.view === "account" && html`<${Account} />`}
         ${here.view === "keys" && html`<${Keys} />`}
@@ -53,8 +54,22 @@ function App() {
         ${here.view === "job" && html`<${Job} key=${here.id} id=${here.id} />`}
         ${here.view === "compare" && html`<${Compare} key=${here.ids.join()} ids=${here.ids} />`}
         ${here.view === "wrong" && html`<${Wrong} />`}
+        <//>
       </div>
     </div>
+  `;
+}
+
+// A fault in one page leaves the list, the header and the way to other pages.
+function Guard({ children }) {
+  const [error] = useErrorBoundary((fault) => console.error(fault));
+  if (!error) return children;
+  return html`
+    <article>
+      <h1>This page cannot be drawn</h1>
+      <p class="fault" role="alert">${error.message}</p>
+      <p>This is a fault of the dashboard. <button onClick=${() => location.reload()}>Reload the page</button></p>
+    </article>
   `;
 }
 

@@ -8,11 +8,14 @@ export function JobFile({ job }) {
   const [said, say] = useState("");
   const canSubmit = useKnown(maySubmit);
   const text = () => `${JSON.stringify(job.spec, null, 2)}\n`;
-  const copy = () =>
-    navigator.clipboard.writeText(text()).then(
-      () => say("Copied."),
-      () => say("The browser does not allow it; download the file instead."),
-    );
+  const copy = async () => {
+    try {
+      await navigator.clipboard.writeText(text()); // Without an encrypted connection there is no clipboard.
+      say("Copied.");
+    } catch {
+      say("The browser does not allow it; download the file instead.");
+    }
+  };
   const download = () => {
     const url = URL.createObjectURL(new Blob([text()], { type: "application/json" }));
     const anchor = Object.assign(document.createElement("a"), { href: url, download: `${job.id}.json` });

@@ -18,6 +18,7 @@ const TITLES = {
 };
 const ENDED = ["failed", "cancelled"];
 const MOST_LINKS = 8;
+const MOST_LOADED = 4; // A browser has six connections to a service, and other requests need some.
 
 export function Videos({ job }) {
   if (!job.outputs.length) return null;
@@ -34,7 +35,7 @@ export function Videos({ job }) {
   return html`
     <section class="videos" aria-label="Outputs">
       <h2>Outputs</h2>
-      <div class="players">${ready.filter(({ name }) => PLAYED.test(name)).map((output) => player(output, job))}</div>
+      <div class="players">${ready.filter(({ name }) => PLAYED.test(name)).map((output, place) => player(output, job, place))}</div>
       <p class="downloads">
         ${ready
           .filter(isVideo)
@@ -57,10 +58,11 @@ const title = ({ kind, name }) => {
 const ratioOf = ({ kind }, { size }) => String(((kind === "stereo" ? 2 : 1) * size.cols) / size.rows);
 
 // The key is the name, so that a video keeps playing when the page is redrawn.
-const player = (output, job) => html`
+const player = (output, job, place) => html`
   <figure key=${output.name}>
-    <video controls loop muted playsinline preload="metadata" src=${output.url} aria-label=${title(output)}
-      poster=${job.poster && link(job.poster)} style=${{ aspectRatio: ratioOf(output, job) }}></video>
+    <video controls loop muted playsinline preload=${place < MOST_LOADED ? "metadata" : "none"} src=${output.url}
+      poster=${job.poster && link(job.poster)} aria-label=${title(output)}
+      style=${{ aspectRatio: ratioOf(output, job) }}></video>
     <figcaption>${title(output)}</figcaption>
   </figure>
 `;

@@ -5,6 +5,7 @@ import { faultsAt } from "./faults.js";
 import { Help } from "./help.js";
 import { Simple } from "./inputs.js";
 import { textOf, valueAt } from "./job_file.js";
+import { parameterTitle } from "./schema.js";
 
 export function Parameters({ scene, form }) {
   const names = Object.keys(scene.parameters);
@@ -21,19 +22,10 @@ export function Parameters({ scene, form }) {
   `;
 }
 
-// The name without its unit, which stands beside it.
-function labelOf(name, unit) {
-  const text = name
-    .split("_")
-    .filter((word) => word !== unit)
-    .join(" ");
-  return text[0].toUpperCase() + text.slice(1);
-}
-
 function Parameter({ name, about, form }) {
   const path = `parameters.${name}`;
   const value = valueAt(form.job, path);
-  const label = labelOf(name, about.unit);
+  const label = parameterTitle(name, about.unit);
   const field = {
     name,
     label,

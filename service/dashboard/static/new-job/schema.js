@@ -120,6 +120,13 @@ const line = (text = "") => text.split("\n\n")[0].replaceAll("\n", " ");
 export const spaced = (title) =>
   title.replace(/(?<=[a-z0-9])(?=[A-Z])/g, " ").replace(/ [A-Z]/g, (c) => c.toLowerCase());
 
+// The name of a parameter of a scene without its unit, which stands beside it; a name that is only a unit stays.
+export function parameterTitle(name, unit) {
+  const words = name.split("_").filter((word) => word && word !== unit);
+  const text = words.join(" ") || name;
+  return text[0].toUpperCase() + text.slice(1);
+}
+
 // The form of a union or of a list that a value has; undefined if it has none.
 export function formWith(forms, value) {
   if (value === null || value === undefined) return undefined;

@@ -7,7 +7,7 @@ import { change, fetchJobs, forgetJobs, getState } from "./store.js";
 
 const ROWS_A_PAGE = 50;
 const MOST_PAGES = 12; // Pages far from the window are forgotten.
-const MOST_JOBS = 1000; // Jobs in memory beyond those of the pages; events bring them.
+const MOST_JOBS = 200; // Jobs in memory beyond those of the pages; events bring them.
 const SCROLL_PAUSE_MS = 60;
 const RENEW_MS = 500; // A burst of events renews the list once,
 const RENEW_AGAIN_MS = 3000; // and many bursts do so at this interval.
