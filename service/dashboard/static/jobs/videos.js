@@ -35,7 +35,9 @@ export function Videos({ job }) {
   return html`
     <section class="videos" aria-label="Outputs">
       <h2>Outputs</h2>
-      <div class="players">${ready.filter(({ name }) => PLAYED.test(name)).map((output, place) => player(output, job, place))}</div>
+      <div class="players">
+        ${ready.filter(({ name }) => PLAYED.test(name)).map((output, place) => player(output, job, place))}
+      </div>
       <p class="downloads">
         ${ready
           .filter(isVideo)
