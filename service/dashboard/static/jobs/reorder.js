@@ -77,7 +77,8 @@ export function useReorder(rows, query, row_px) {
     };
     return html`
       <button class="handle" data-job=${job.id} ...${listeners} title="Drag, or Alt and an arrow key"
-        aria-label="Place of ${jobName(job)}: Alt and an arrow key move it" aria-keyshortcuts="Alt+ArrowUp Alt+ArrowDown"
+        aria-label="Place of ${jobName(job)}: Alt and an arrow key move it"
+        aria-keyshortcuts="Alt+ArrowUp Alt+ArrowDown"
         ><span aria-hidden="true">⠿</span></button>
     `;
   };
@@ -88,8 +89,9 @@ export function useReorder(rows, query, row_px) {
 
 function Question({ plan, answer }) {
   const { jobs } = getState();
+  const title = `Change ${many(plan.changes.length, "priority", "priorities")}?`;
   return html`
-    <${Confirm} title="Change ${many(plan.changes.length, "priority", "priorities")}?" yes="Change" no="Leave" answer=${answer}>
+    <${Confirm} title=${title} yes="Change" no="Leave" answer=${answer}>
       <p>Equal priorities leave no room at this place, so that other jobs change too.</p>
       <ul>
         ${plan.changes.map(

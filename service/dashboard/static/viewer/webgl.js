@@ -4,8 +4,8 @@ import { LEFT, RIGHT } from "./stereo.js";
 import { blend, numbersAt, presence, substitutes } from "./views.js";
 
 // The largest texture side that phones support, 64 MiB. Of more views the atlas has evenly spaced ones. An array of
-// textures would hold them all, but 45 x 45 views of 200 x 200 need 0.3 GB of memory, and as much again as a bitmap; the
-// depth guides the eye between views that are there.
+// textures would hold them all, but 45 x 45 views of 200 x 200 need 0.3 GB of memory, and as much again as a bitmap;
+// the depth guides the eye between views that are there.
 export const MAX_ATLAS_PX = 4096;
 const LAYERS = 10; // of depths: those of eight views and two eyes
 const QUICK_PX = 256 ** 2;
