@@ -7,6 +7,7 @@ import tempfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
+from urllib.parse import urlsplit
 
 import numpy as np
 import pytest
@@ -169,6 +170,20 @@ def _at_rest(viewer: Viewer) -> str | None:
     viewer.page.evaluate(FRAMES_OF_THE_SCREEN, 20)
     viewer.page.wait_for_timeout(200)
     return str(before) if viewer.canvas.evaluate("canvas => canvas.toDataURL()") == before else None
+
+
+def test_the_first_picture_is_asked_for_before_the_frames_are_listed(
+    page: Page, farm: Farm, log_in: Callable[[], Page]
+) -> None:
+    job_id = farm.submit(rig=RIG, frames="1-2", outputs=[])
+    until(lambda: farm.service.status(job_id) == "done")
+    log_in()
+    page.goto("about:blank")
+    asked: list[str] = []
+    page.on("request", lambda request: asked.append(urlsplit(request.url).path.partition(f"/jobs/{job_id}")[2]))
+    page.goto(f"{farm.url}/#/jobs/{job_id}")
+    expect(page.locator(".stage canvas:not(.empty)")).to_be_visible()
+    assert asked.index("/frames/2/look") < asked.index("/frames")
 
 
 def test_where_a_hexagonal_lens_has_no_view_the_nearest_is_shown(open_frame: Callable[..., Viewer]) -> None:

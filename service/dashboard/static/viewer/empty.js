@@ -19,8 +19,8 @@ export function Empty({ job }) {
       </fieldset>
       <div class="stage">
         ${
-          job.thumb
-            ? html`<img class="poster" src=${link(job.thumb)} alt="" />`
+          job.poster
+            ? html`<img class="poster" src=${link(job.poster)} alt="" />`
             : html`<p class="soon">${job.ended_at ? "Loading …" : "The first frame appears here."}</p>`
         }
       </div>

@@ -17,7 +17,7 @@ export function useAtlases(job) {
 function begun(job) {
   const atlases = new Atlases(job.id);
   const { frame, mode } = fromQuery(read().query);
-  const first = frame ?? numberOf(job.thumb);
+  const first = frame ?? numberOf(job.poster);
   if (first !== null && mode === "look") atlases.get(first, "first").catch(() => {});
   return atlases;
 }
