@@ -21,12 +21,8 @@ export class Painter {
     if (!gl || gl.getParameter(gl.MAX_TEXTURE_SIZE) < MAX_ATLAS_PX) throw new Error("There is no WebGL2 for this.");
     this.canvas = canvas;
     this.gl = gl;
-    this.programs = {
-      blend: program(gl, BLEND),
-      guided: program(gl, GUIDED),
-      refocus: program(gl, REFOCUS),
-      enlarge: program(gl, ENLARGE),
-    };
+    // Those of a first picture; the others are made when they are used.
+    this.programs = { [BLEND]: program(gl, BLEND), [ENLARGE]: program(gl, ENLARGE) };
     this.frameViews = null;
     this.target = null;
     const named = gl.getExtension("WEBGL_debug_renderer_info");
@@ -102,7 +98,7 @@ export class Painter {
     // At a view there is nothing to mix. Depths of many pixels take long.
     const isLate = this.isQuick && this.frameViews.view_rows * this.frameViews.view_cols > QUICK_PX;
     const isGuided = this.guided && !isLate && cells.some(({ share }) => share > 0 && share < 1);
-    const use = this.begin(isGuided ? this.programs.guided : this.programs.blend, this.atlas);
+    const use = this.begin(isGuided ? GUIDED : BLEND, this.atlas);
     if (isGuided) this.along(use, eyes, cells);
     gl.uniform1i(use("eyes"), eyes.length);
     gl.uniformMatrix3fv(
@@ -142,7 +138,7 @@ export class Painter {
   // Draws the picture that is sharp at a depth.
   focused(depth_mm, isSmooth) {
     const { gl, frameViews } = this;
-    const use = this.begin(this.programs.refocus, this.atlas);
+    const use = this.begin(REFOCUS, this.atlas);
     gl.activeTexture(gl.TEXTURE1);
     gl.bindTexture(gl.TEXTURE_2D, this.present);
     gl.activeTexture(gl.TEXTURE0);
@@ -173,8 +169,9 @@ export class Painter {
     this.part = { left, width, mask };
   }
 
-  begin({ linked, use }, source) {
+  begin(shader, source) {
     const { gl, frameViews } = this;
+    const { linked, use } = (this.programs[shader] ??= program(gl, shader));
     gl.bindFramebuffer(gl.FRAMEBUFFER, this.target);
     gl.viewport(0, 0, frameViews.view_cols, frameViews.view_rows);
     gl.useProgram(linked);
@@ -186,7 +183,7 @@ export class Painter {
   end(isSmooth) {
     const { gl, frameViews, canvas, part } = this;
     gl.drawArrays(gl.TRIANGLES, 0, 3);
-    const { linked, use } = this.programs.enlarge;
+    const { linked, use } = this.programs[ENLARGE];
     const rect = this.rectIn({ width: part.width, height: canvas.height });
     const left = Math.max(part.left, Math.round(part.left + rect.left));
     const right = Math.min(part.left + part.width, Math.round(part.left + rect.left + rect.width));
