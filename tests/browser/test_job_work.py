@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import io
 import json
 from collections.abc import Callable
 from pathlib import Path
 
-from playwright.sync_api import Page, expect
+from PIL import Image
+from playwright.sync_api import Locator, Page, expect
 from sqlalchemy import update
 
 from lippmann.job.messages.orders import TaskKind, TileIndex
@@ -18,6 +20,10 @@ from tests.browser.conftest import Farm
 from tests.browser.scrolling import LONGEST_STEP_MS, scroll
 from tests.waiting import until
 
+NO_WEBGL = """const lend = HTMLCanvasElement.prototype.getContext;
+HTMLCanvasElement.prototype.getContext = function (kind, ...more) {
+  return kind === "webgl2" ? null : lend.call(this, kind, ...more);
+};"""
 FRAMES = 10_000
 DONE = 4_000
 
@@ -107,9 +113,7 @@ def test_the_job_file_is_saved_and_a_removal_says_what_goes(
     expect(page.get_by_role("link", name="Run again changed")).to_have_count(0)
 
 
-def test_two_jobs_are_compared_from_the_same_place_of_the_eye(
-    page: Page, farm: Farm, log_in: Callable[[], Page]
-) -> None:
+def _open_two(page: Page, farm: Farm, log_in: Callable[[], Page]) -> None:
     one, other = (
         farm.submit(title=title, frames="1-2", fps=fps, outputs=[]) for title, fps in (("Slow", 8), ("Fast", 24))
     )
@@ -118,14 +122,53 @@ def test_two_jobs_are_compared_from_the_same_place_of_the_eye(
     for title in ("Slow", "Fast"):
         page.get_by_role("checkbox", name=f"Select {title}").click()
     page.get_by_role("group", name="Selected jobs").get_by_role("link", name="Compare").click()
-    pictures = page.get_by_role("img", name="Frame 2, view 4, 4")
+
+
+def _red(pictures: Locator) -> list[int]:
+    """Return the red in the middle of each picture; it tells from which side the scene is seen."""
+    seen = [Image.open(io.BytesIO(picture.screenshot())).convert("RGB") for picture in pictures.all()]
+    return [shown.getpixel((shown.width // 3, shown.height // 2))[0] for shown in seen]
+
+
+def test_two_jobs_are_compared_by_one_eye_that_moves_over_both(
+    page: Page, farm: Farm, log_in: Callable[[], Page]
+) -> None:
+    _open_two(page, farm, log_in)
+    pictures = page.get_by_role("img", name="Frame 2, looked around")
     expect(pictures).to_have_count(2)
+    expect(page.locator("canvas[aria-busy=true]")).to_have_count(0)
+    middle = _red(pictures)
+    box = pictures.first.bounding_box()
+    assert box
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x - box["width"] / 3, y, steps=4)
+    page.mouse.up()
+    until(lambda: min(_red(pictures)) > max(middle) + 30)  # the other picture has followed the hand
+    until(lambda: abs(_red(pictures)[0] - _red(pictures)[1]) <= 3)
+    assert "x=" in page.url
     page.get_by_label("Eye across").fill("-1")
-    expect(page.get_by_role("img", name="Frame 2, view 0, 4")).to_have_count(2)
-    until(lambda: all(each.evaluate("picture => picture.complete") for each in page.locator(".eye img").all()))
-    assert "x=-1.000" in page.url
+    until(lambda: max(_red(pictures)) < min(middle) - 30)
+    page.get_by_role("radio", name="Focus").check()
+    expect(page.get_by_role("img", name="Frame 2, focused")).to_have_count(2)
+    page.get_by_label("Sharp at").fill("5")
+    expect(page.get_by_text("Sharp at 5 mm")).to_be_visible()
+    until(lambda: "look=focus" in page.evaluate("location.hash"))
     rows = page.get_by_role("region", name="Table of differences").locator("tbody tr")
     expect(rows.filter(has_text="fps")).to_contain_text("24")
     expect(rows).to_have_count(2)  # and the title
+
+
+def test_without_webgl_two_jobs_are_compared_by_single_views(
+    page: Page, farm: Farm, log_in: Callable[[], Page]
+) -> None:
+    page.add_init_script(NO_WEBGL)
+    _open_two(page, farm, log_in)
+    expect(page.get_by_role("img", name="Frame 2, view 4, 4")).to_have_count(2)
+    page.get_by_label("Eye across").fill("-1")
+    expect(page.get_by_role("img", name="Frame 2, view 0, 4")).to_have_count(2)
+    until(lambda: all(each.evaluate("picture => picture.complete") for each in page.locator(".eye img").all()))
+    until(lambda: "x=-1" in page.evaluate("location.hash"))
     page.get_by_label("Frame 2").fill("0")
     expect(page.get_by_role("img", name="Frame 1, view 0, 4")).to_have_count(2)

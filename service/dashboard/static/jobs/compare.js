@@ -1,20 +1,40 @@
-// Two jobs side by side: the same frame from the same place of the eye, and what differs.
+// Two jobs side by side: the same frame from the same place of the eye, and what differs. Both are painted by the
+// graphics card; without it they are single views.
 import { useEffect, useState } from "preact/hooks";
 import { getFrameStatuses } from "../api/operations.js";
-import { write } from "../shared/address.js";
-import { bytes, count, duration, jobName, secondsBetween } from "../shared/format.js";
+import { Choice } from "../shared/choice.js";
+import { bytes, count, duration, jobName, quantity, secondsBetween } from "../shared/format.js";
 import { html } from "../shared/html.js";
 import { Badge } from "../shared/parts.js";
-import { useAddress } from "../shared/use_address.js";
 import { loadJob } from "../state/live.js";
 import { useKnown } from "../state/store.js";
+import { scaleOf } from "../viewer/depth_scale.js";
+import { MODES } from "../viewer/modes/index.js";
+import { roundedPlace } from "../viewer/stand.js";
+import { useStand } from "../viewer/use_stand.js";
+import { FIT } from "../viewer/zoom.js";
 import { EyeView } from "./eye_view.js";
+import { Stage, useSharedEye } from "./pair.js";
 import { shortId } from "./row.js";
 import { commonFrames, differences } from "./spec_diff.js";
 
-export function Compare({ ids }) {
+const TITLES = [
+  ["look", "Look"],
+  ["focus", "Focus"],
+];
+
+export const Compare = ({ ids }) => html`<${Two} key=${ids.join()} ids=${ids} />`;
+
+function Two({ ids }) {
   const jobs = useKnown((known) => known.jobs);
-  const query = useAddress().query;
+  const kept = useStand(ids[0]); // the id of the address
+  const { change } = kept;
+  // The other modes are for one job.
+  const mode = kept.stand.mode === "focus" ? "focus" : "look";
+  const stand = { ...kept.stand, mode, eyes: "one", showsDepth: false };
+  const shared = useSharedEye(stand.place);
+  const [isPainted, setPainted] = useState(true);
+  const [views, setViews] = useState([]); // of each side
   const [faults, setFaults] = useState({});
   const [known, setKnown] = useState(null); // the frames that both jobs have; null until they are loaded
   const two = ids.map((id) => jobs[id]);
@@ -30,10 +50,12 @@ export function Compare({ ids }) {
     Promise.all(ids.map(getFrameStatuses)).then(show, () => setKnown([]));
   }, [ids.join(), isLoaded, done]);
   const frames = known ?? [];
-  const asked = Number(query.get("frame"));
-  const at = frames.includes(asked) ? frames.indexOf(asked) : frames.length - 1;
-  const place = { x: number(query.get("x")), y: number(query.get("y")) };
-  const move = ({ x, y }) => write({ x: x.toFixed(3), y: y.toFixed(3) });
+  const at = frames.includes(stand.frame) ? frames.indexOf(stand.frame) : frames.length - 1;
+  const place = stand.place ?? { x: 0, y: 0 };
+  const move = (to) => change({ place: roundedPlace(to) });
+  const tell = (side, found) => setViews((before) => Object.assign([...before], { [side]: found }));
+  const given = { frame: frames[at], stand, change, shared, tell, lose: () => setPainted(false) };
+  const choose = (chosen) => change({ mode: chosen, zoom: FIT });
   const axis = (name, title) => html`
     <label>${title}
       <input type="range" min="-1" max="1" step="0.05" value=${place[name]}
@@ -48,7 +70,13 @@ export function Compare({ ids }) {
           (id, side) => html`
           <section key=${id} aria-label=${side ? "Second job" : "First job"}>
             ${faults[id] && !jobs[id] && html`<p class="fault" role="alert">${faults[id]}</p>`}
-            ${jobs[id] && html`<${Side} job=${jobs[id]} frame=${frames[at]} place=${place} move=${move} />`}
+            ${jobs[id] && html`<${Facts} job=${jobs[id]} />`}
+            ${jobs[id] && isPainted && html`<${Stage} ...${given} job=${jobs[id]} side=${side} />`}
+            ${
+              jobs[id] &&
+              !isPainted &&
+              html`<${EyeView} job=${jobs[id]} frame=${frames[at]} place=${place} move=${move} />`
+            }
           </section>
         `,
         )}
@@ -58,20 +86,39 @@ export function Compare({ ids }) {
         html`<div class="together" role="group" aria-label="Both pictures">
           <label>Frame ${frames[at]}
             <input type="range" min="0" max=${frames.length - 1} value=${at}
-              onInput=${(event) => write({ frame: frames[Number(event.target.value)] })} />
+              onInput=${(event) => change({ frame: frames[Number(event.target.value)] })} />
           </label>
-          ${axis("x", "Eye across")} ${axis("y", "Eye down")}
+          ${isPainted && html`<${Choice} name="Mode" choices=${TITLES} chosen=${mode} choose=${choose} />`}
+          ${!(isPainted && mode === "focus") && [axis("x", "Eye across"), axis("y", "Eye down")]}
+          ${
+            isPainted &&
+            mode === "focus" &&
+            views[0] &&
+            html`<${Depth} views=${views[0]} stand=${stand} change=${change} />`
+          }
+          ${stand.zoom.scale !== 1 && html`<button onClick=${() => change({ zoom: FIT })}>Fit</button>`}
         </div>`
       }
+      <p id="pair-hint" class="unseen">${MODES[mode].hint} Both pictures follow.</p>
+      ${!isPainted && html`<p class="quiet" role="status">Without WebGL2 the pictures are single views.</p>`}
       ${known && !frames.length && html`<p class="quiet">No frame is done in both jobs yet.</p>`}
       ${known && html`<${Differences} two=${two} />`}
     </article>
   `;
 }
 
-const number = (text) => Math.min(1, Math.max(-1, Number(text) || 0));
+function Depth({ views, stand, change }) {
+  const { depth_mm } = MODES.focus.filled(views, stand);
+  const { least_mm, most_mm, step_mm } = scaleOf(views, depth_mm);
+  return html`
+    <label>Sharp at ${quantity(depth_mm)} mm
+      <input type="range" min=${least_mm} max=${most_mm} step=${step_mm} value=${depth_mm}
+        onInput=${(event) => change({ depth_mm: event.target.valueAsNumber })} />
+    </label>
+  `;
+}
 
-function Side({ job, frame, place, move }) {
+function Facts({ job }) {
   const took_s = job.started_at && job.ended_at && secondsBetween(job.started_at, job.ended_at);
   const facts = [
     `${count(job.frames_done)} / ${count(job.frames_total)} frames`,
@@ -86,7 +133,6 @@ function Side({ job, frame, place, move }) {
       <${Badge} status=${job.status} />
       ${facts.filter(Boolean).map((fact) => html`<span key=${fact}>${fact}</span>`)}
     </p>
-    <${EyeView} job=${job} frame=${frame} place=${place} move=${move} />
   `;
 }
 
