@@ -149,6 +149,12 @@ def _job_running(visit: Visit) -> None:
     visit.page.get_by_role("button", name="Pause").wait_for()
 
 
+def _order_of_work(visit: Visit) -> None:
+    visit.running()
+    visit.go("#/?sort=work")
+    visit.page.get_by_role("button", name="Place of").first.wait_for()
+
+
 def _as_viewer(visit: Visit) -> None:
     visit.log_in(Role.VIEWER)
     visit.go(f"#/jobs/{visit.running()}")
@@ -180,6 +186,7 @@ STATES: Mapping[str, Callable[[Visit], None]] = MappingProxyType(
         "keys": _at("#/keys", "Keys"),
         "audit-log": _at("#/audit", "Audit log"),
         "job-running": _job_running,
+        "order-of-work": _order_of_work,
         "job-running-viewer": _as_viewer,
     }
 )
