@@ -13,7 +13,7 @@ import { Several } from "./several.js";
 import { between, visibleRows } from "../shared/windowing.js";
 
 const ROW_PX = 78; // as in jobs/list.css
-const HOW = "A handle is dragged, or moved by Alt and the arrow keys.";
+const HOW = "Drag a handle, or use Alt with ↑ and ↓.";
 
 // `isMain` is true where the list is all that the page shows.
 export function JobList({ open, isMain }) {
