@@ -5,13 +5,17 @@ from __future__ import annotations
 import os
 import re
 import subprocess
+import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
 from playwright.sync_api import Page, expect
+from sqlalchemy import update
 
+from lippmann.job.states import TaskStatus
+from service.db.tables import Task
 from service.schemas.access import Role
 from tests.broker import Broker
 from tests.browser.conftest import Farm
@@ -20,8 +24,10 @@ from tests.builders_messages import put_presence
 from tests.builders_service import presence
 from tests.farm import LIPPMANN
 from tests.needs import needs_povray
-from tests.waiting import ENOUGH_S
+from tests.waiting import ENOUGH_S, until
 
+SILENT_S = 16.0
+"""Longer than a third of the time after which an attempt is lost."""
 POOL = "night"
 """The pool of the real worker, which so takes no orders of the worker that the test plays."""
 
@@ -65,6 +71,60 @@ def test_an_admin_drains_a_real_worker_and_lets_it_take_orders_again(
     expect(page.locator(".chart canvas")).to_have_count(2)
     page.set_viewport_size({"width": 390, "height": 844})
     assert page.evaluate(TOO_WIDE_PX) <= 0
+
+
+def _fall_silent(farm: Farm, job_id: str) -> str:
+    """Wait for a running task of a job, let its worker seem to be silent, and return the id of the task."""
+    until(lambda: farm.service.client.get(f"/jobs/{job_id}").json()["tasks"]["running"])
+    with farm.service.state.database.writing() as session:
+        silent = update(Task).where(Task.job_id == job_id, Task.status == TaskStatus.RUNNING)
+        session.execute(silent.values(heartbeat_s=time.time() - SILENT_S))
+    (task,) = farm.service.client.get(f"/jobs/{job_id}/tasks", params={"status": "running"}).json()["items"]
+    return str(task["id"])
+
+
+def test_a_stuck_task_runs_again_another_is_ended_and_the_job_is_run_again_changed_retried_and_removed(
+    page: Page, farm: Farm, broker: Broker, log_in: Callable[[], Page]
+) -> None:
+    failed = farm.submit_held()
+    put_presence(broker.client, presence("w1"), farm.service.settings.seals, ex=3600)
+    log_in()
+    page.get_by_role("link", name="Farm", exact=True).click()
+    stuck = page.get_by_role("region", name="Tasks that seem to be stuck")
+    _fall_silent(farm, failed)
+    stuck.get_by_role("button", name="again").click()
+    page.get_by_role("button", name="Run it again").click()
+    expect(page.get_by_text("The task runs again.")).to_be_visible()
+    outcomes = [item["outcome"] for item in farm.service.client.get(f"/jobs/{failed}/attempts").json()["items"]]
+    assert outcomes == ["stopped", "done"]
+    farm.studio.let()
+    ended = _fall_silent(farm, failed)
+    stuck.get_by_role("button", name="End").click()
+    page.get_by_role("button", name="End the task").click()
+    expect(page.get_by_text("The task has ended.")).to_be_visible()
+    error = farm.service.client.get(f"/jobs/{failed}/tasks/{ended}").json()["error"]
+    assert (error["code"], farm.service.status(failed)) == ("ended-by-user", "failed")
+
+    page.goto(f"{farm.url}/#/jobs/{failed}")
+    page.get_by_text("Job file", exact=True).click()
+    page.get_by_role("link", name="Run again changed").click()
+    page.get_by_label("Title").fill("A pond, changed")
+    page.get_by_role("button", name="Submit").click()
+    expect(page.get_by_role("heading", level=1, name="A pond, changed")).to_be_visible()
+
+    boxes = page.get_by_role("checkbox", name="Select A pond")
+    expect(boxes).to_have_count(2)
+    boxes.first.click()
+    boxes.last.click()
+    several = page.get_by_role("group", name="Selected jobs")
+    several.get_by_role("button", name="Retry 1").click()
+    expect(several).to_contain_text("1 of 1 job done.")
+    several.get_by_role("button", name="Cancel").click()
+    page.get_by_role("button", name="Cancel the jobs").click()
+    expect(several).to_contain_text("2 of 2 jobs done.")
+    several.get_by_role("button", name="Remove").click()
+    page.get_by_role("button", name="Remove the jobs").click()
+    expect(page.get_by_text("No jobs yet.")).to_be_visible()
 
 
 def test_others_see_the_farm_and_change_nothing(page: Page, farm: Farm, log_in: Callable[[], Page]) -> None:
