@@ -90,7 +90,7 @@ def check_quota(session: Session, owner_id: str, *, frames: int, limits: Limits)
 
 
 class Demand(NamedTuple):
-    """How much of a limit a job asks for."""
+    """The share of a limit that a job asks for."""
 
     name: str
     """The name of the limit."""

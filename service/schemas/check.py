@@ -1,4 +1,4 @@
-"""What the service says to a job file before it is submitted."""
+"""The answer of the service to a job file that is not submitted yet."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from service.schemas.problem import FieldError
 
 
 class AskedLimit(Answer):
-    """How much of a limit a job would use."""
+    """The share of a limit that a job would use."""
 
     name: str
     """The name of the limit, as in `limits` of a key."""
@@ -22,7 +22,7 @@ class AskedLimit(Answer):
 
 
 class JobCheck(Answer):
-    """What the service says to a job file: what is wrong with it, its design, and how much of the limits it uses."""
+    """The answer to a job file: what is wrong with it, its design, and how much of the limits it uses."""
 
     detail: str
     """Why the job has no design; empty if it has one, and for imported integral images."""
