@@ -50,11 +50,11 @@ fuzz: setup-test ## Fuzz the readers of foreign texts, pictures and names with 1
 bare: ## Run the demo and the tests in an empty Debian 12 (needs root)
 	deploy/bare $(ARGS)
 
-# The modules of the dashboard run as they are; TypeScript and Prettier only check them.
+# The modules of the dashboard run as they are; TypeScript and Prettier only check them, and their sheets of styles.
 PAGE := tests/page
 TOOLS := cd $(PAGE) && PATH="$(abspath $(BIN)):$$PATH"
 PRETTIER := node_modules/.bin/prettier --config prettier.json --log-level warn
-FORMATTED := '../../service/dashboard/static/**/*.js' '!../../service/dashboard/static/vendor/**' '*.mjs'
+FORMATTED := '../../service/dashboard/static/**/*.{js,css}' '!../../service/dashboard/static/vendor/**' '*.mjs'
 
 page: $(PAGE)/node_modules/.installed ## Check the modules of the dashboard: types, format and unit tests
 	$(TOOLS) node_modules/.bin/tsc --project .

@@ -10,7 +10,7 @@ export const MAX_ATLAS_PX = 4096;
 const LAYERS = 10; // of depths: those of eight views and two eyes
 const QUICK_PX = 256 ** 2;
 const PLAIN = [1, 0, 0, 0, 1, 0, 0, 0, 1];
-const BACKGROUND = [0x0c / 255, 0x0e / 255, 0x0f / 255]; // That of the stage, in viewer.css.
+const BACKGROUND = [0x0c / 255, 0x0e / 255, 0x0f / 255]; // That of the stage, in stage.css.
 
 export class Painter {
   // Throws if WebGL2 is not available.
