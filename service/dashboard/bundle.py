@@ -27,7 +27,7 @@ def bundled_modules(entry: str, modules: Mapping[str, str]) -> str:
     entry
         The name of the module that starts.
     modules
-        The texts of the modules, by their names from one folder: `jobs/list.js`.
+        The texts of the modules, by their names from one folder: `jobs/job.js`.
 
     Raises
     ------

@@ -1,8 +1,8 @@
 // The grid of frames, and the statuses that it shows.
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { countsOf, expand, placeOfFrame, textOf } from "../../service/dashboard/static/jobs/frame_runs.js";
-import { gridOf, placeOf, squareAt, squareByKey } from "../../service/dashboard/static/jobs/grid_layout.js";
+import { countsOf, expand, placeOfFrame, textOf } from "../../service/dashboard/static/jobs/frames/frame_runs.js";
+import { gridOf, placeOf, squareAt, squareByKey } from "../../service/dashboard/static/jobs/frames/grid_layout.js";
 
 test("a place and a square are inverses, for few frames and for many, on any width", () => {
   for (const total of [1, 6, 500, 10_000, 200_000])

@@ -10,7 +10,7 @@ import {
   parseQuery,
   requestOf,
   SORTS,
-} from "../../service/dashboard/static/jobs/list_query.js";
+} from "../../service/dashboard/static/jobs/list/list_query.js";
 
 const of = (text) => parseQuery(new URLSearchParams(text));
 const said = (query) => Object.entries(addressOf(query)).filter(([, value]) => value !== null);

@@ -1,7 +1,7 @@
 // The order of work, and the priorities that change it.
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { neighbours, placeOf, planMove } from "../../service/dashboard/static/jobs/moves.js";
+import { neighbours, placeOf, planMove } from "../../service/dashboard/static/jobs/list/moves.js";
 
 const jobs = (...priorities) => priorities.map((priority, at) => ({ id: `${at}`, priority }));
 const inOrder = (list) =>

@@ -1,7 +1,7 @@
 // What differs between two jobs.
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { commonFrames, differences, viewAt } from "../../service/dashboard/static/jobs/spec_diff.js";
+import { commonFrames, differences, viewAt } from "../../service/dashboard/static/jobs/compare/spec_diff.js";
 
 test("job files differ by the paths of their values", () => {
   const one = { scene: "fish", rig: { pitch_mm: 1, lens: null }, outputs: [1, 2], parameters: {} };

@@ -1,7 +1,7 @@
 // The timeline of attempts.
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { layOut, outcomesOf, ticksOf } from "../../service/dashboard/static/jobs/timeline_layout.js";
+import { layOut, outcomesOf, ticksOf } from "../../service/dashboard/static/jobs/work/timeline_layout.js";
 
 const at = (second) => new Date(1_000_000 + second * 1000).toISOString();
 const attempt = (worker, start, end, outcome = "done") => ({

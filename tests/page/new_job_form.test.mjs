@@ -2,8 +2,8 @@
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { test } from "node:test";
-import { faultsAt, hasFault, otherFaults } from "../../service/dashboard/static/new-job/faults.js";
-import { groupsOf } from "../../service/dashboard/static/new-job/groups.js";
+import { faultsAt, hasFault, otherFaults } from "../../service/dashboard/static/new-job/form/faults.js";
+import { groupsOf } from "../../service/dashboard/static/new-job/form/groups.js";
 import {
   isSame,
   jobFileOf,
@@ -15,7 +15,13 @@ import {
   valueAt,
   withValue,
 } from "../../service/dashboard/static/new-job/job_file.js";
-import { fieldOf, fieldsOf, formWith, startOf, parameterTitle } from "../../service/dashboard/static/new-job/schema.js";
+import {
+  fieldOf,
+  fieldsOf,
+  formWith,
+  startOf,
+  parameterTitle,
+} from "../../service/dashboard/static/new-job/form/schema.js";
 
 const CONTRACT = JSON.parse(readFileSync(new URL("../../service/openapi.json", import.meta.url), "utf8"));
 const JOB = { ...CONTRACT.components.schemas.JobSpec, components: CONTRACT.components };

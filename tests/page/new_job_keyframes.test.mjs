@@ -16,7 +16,7 @@ import {
   withFrame,
   withKey,
   withoutKey,
-} from "../../service/dashboard/static/new-job/keyframes.js";
+} from "../../service/dashboard/static/new-job/animation/keyframes.js";
 
 const RULE = { parts: ["rig", "stage", "parameters"], constant: ["rig.px_per_lens", "rig.device"] };
 const KEYS = [

@@ -1,8 +1,8 @@
 // A folder becomes a zip, and its name becomes the name of a scene.
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { bundleOf, sceneName } from "../../service/dashboard/static/new-job/dropped.js";
-import { crc32, zipOf } from "../../service/dashboard/static/new-job/zip.js";
+import { bundleOf, sceneName } from "../../service/dashboard/static/new-job/scenes/dropped.js";
+import { crc32, zipOf } from "../../service/dashboard/static/new-job/scenes/zip.js";
 
 const bytesOf = (text) => new TextEncoder().encode(text);
 const file = (path, text, size = text.length) => ({

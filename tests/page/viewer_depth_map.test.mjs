@@ -9,7 +9,7 @@ import {
   overlayPixels,
   parsePfm,
   seenFrom,
-} from "../../service/dashboard/static/viewer/depth_map.js";
+} from "../../service/dashboard/static/viewer/depth/depth_map.js";
 
 // A PFM as the service writes it: little-endian, the lowest row first.
 function pfm(rows, { scale = "-1", isLittle = true } = {}) {

@@ -1,8 +1,8 @@
 // All frames of a job in the viewer: which are done, what is around one of them, and the film strip.
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { itemOf, numberOf, numbersOf, placesAround } from "../../service/dashboard/static/viewer/frame_items.js";
-import { placeByKey, scrolledTo } from "../../service/dashboard/static/viewer/strip.js";
+import { itemOf, numberOf, numbersOf, placesAround } from "../../service/dashboard/static/viewer/time/frame_items.js";
+import { placeByKey, scrolledTo } from "../../service/dashboard/static/viewer/time/strip.js";
 
 const DONE = 2;
 const grid = { numbers: Int32Array.from([1, 2, 9]), statuses: Uint8Array.from([DONE, 0, DONE]) };

@@ -1,8 +1,8 @@
 // Mixing views along their depths: the depths of a view and of an eye between views.
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { Guide, isGuided, UNKNOWN_MM } from "../../service/dashboard/static/viewer/guide.js";
-import { blend, placeOf, substitutes } from "../../service/dashboard/static/viewer/views.js";
+import { Guide, isGuided, UNKNOWN_MM } from "../../service/dashboard/static/viewer/depth/guide.js";
+import { blend, placeOf, substitutes } from "../../service/dashboard/static/viewer/painting/views.js";
 
 const VIEWS = {
   us: 8, vs: 8, centre: [4, 4], missing: [], view_rows: 1, view_cols: 10,

@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { Eye } from "../../service/dashboard/static/viewer/eye.js";
+import { Eye } from "../../service/dashboard/static/viewer/hand/eye.js";
 import {
   hovered,
   onScreen,
@@ -9,7 +9,7 @@ import {
   sprung,
   tilted,
   turned,
-} from "../../service/dashboard/static/viewer/motion.js";
+} from "../../service/dashboard/static/viewer/hand/motion.js";
 
 const HOME = { x: 0, y: 0 };
 

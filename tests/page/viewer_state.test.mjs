@@ -1,9 +1,9 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { ahead, ticked } from "../../service/dashboard/static/viewer/clock.js";
-import { Shelf } from "../../service/dashboard/static/viewer/shelf.js";
+import { ahead, ticked } from "../../service/dashboard/static/viewer/time/clock.js";
+import { Shelf } from "../../service/dashboard/static/viewer/painting/shelf.js";
 import { fromQuery, START, toPatch } from "../../service/dashboard/static/viewer/stand.js";
-import { bounded, FIT, panned, partAt, rectOf, zoomedAt } from "../../service/dashboard/static/viewer/zoom.js";
+import { bounded, FIT, panned, partAt, rectOf, zoomedAt } from "../../service/dashboard/static/viewer/hand/zoom.js";
 
 const queryOf = (stand) => {
   const given = Object.entries(toPatch(stand)).filter(([, value]) => value !== undefined);

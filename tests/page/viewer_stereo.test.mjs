@@ -1,10 +1,10 @@
 // Two eyes among the views, an observer's numbers, and the depths of the slider.
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { scaleOf } from "../../service/dashboard/static/viewer/depth_scale.js";
+import { scaleOf } from "../../service/dashboard/static/viewer/depth/depth_scale.js";
 import { ownShare, zoneOf } from "../../service/dashboard/static/viewer/observed.js";
-import { eyeAt, eyePair, LEFT, RIGHT, viewsApart } from "../../service/dashboard/static/viewer/stereo.js";
-import { numbersAt, placeOf } from "../../service/dashboard/static/viewer/views.js";
+import { eyeAt, eyePair, LEFT, RIGHT, viewsApart } from "../../service/dashboard/static/viewer/painting/stereo.js";
+import { numbersAt, placeOf } from "../../service/dashboard/static/viewer/painting/views.js";
 
 const EIGHT = {
   lattice: "square", lens_rows: 90, lens_cols: 90, us: 8, vs: 8, pitch_mm: 1, gap_mm: 3.3, viewing_distance_mm: 500,

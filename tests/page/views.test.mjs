@@ -1,7 +1,7 @@
 // The views at a position of the eye.
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { nearestView, nextPlace, numbersAt, placeOf } from "../../service/dashboard/static/viewer/views.js";
+import { nearestView, nextPlace, numbersAt, placeOf } from "../../service/dashboard/static/viewer/painting/views.js";
 
 const EIGHT = { us: 8, vs: 8, centre: [4, 4], missing: [] };
 

@@ -1,7 +1,7 @@
 // The keys and the browser sessions of the farm, for admins. The secret of a new key is shown once.
 import { useEffect, useState } from "preact/hooks";
 import { getKeys, getSessions, getWorkerKeys, postKey } from "../api/operations.js";
-import { Field, numberOr } from "../new-job/field.js";
+import { Field, numberOr } from "../new-job/form/field.js";
 import { Confirm } from "../shared/confirm.js";
 import { html } from "../shared/html.js";
 import { useKnown } from "../state/store.js";

@@ -4,7 +4,7 @@ import { Actions } from "./actions.js";
 import { Design } from "../new-job/design.js";
 import { Failures } from "./failures.js";
 import { count, duration, jobName, many, percent, secondsBetween } from "../shared/format.js";
-import { Frames } from "./frames.js";
+import { Frames } from "./frames/frames.js";
 import { html } from "../shared/html.js";
 import { Ago, Badge, Bar } from "../shared/parts.js";
 import { loadJob } from "../state/live.js";
@@ -12,8 +12,8 @@ import { Rig } from "./rig.js";
 import { Looker } from "../viewer/looker.js";
 import { useKnown } from "../state/store.js";
 import { Videos } from "./videos.js";
-import { Tasks } from "./tasks.js";
-import { Timeline } from "./timeline.js";
+import { Tasks } from "./work/tasks.js";
+import { Timeline } from "./work/timeline.js";
 import { Wait, WaitingTasks } from "./waits.js";
 
 export function Job({ id }) {

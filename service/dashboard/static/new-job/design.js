@@ -5,9 +5,9 @@ import { getSchema, link } from "../api/operations.js";
 import { by, bytes, duration, quantity } from "../shared/format.js";
 import { html } from "../shared/html.js";
 import { useDesign } from "./check.js";
-import { pageOfNumber } from "./documentation.js";
-import { Documented } from "./documented.js";
-import { words } from "./help.js";
+import { pageOfNumber } from "./form/documentation.js";
+import { Documented } from "./form/documented.js";
+import { words } from "./form/help.js";
 import { Limits } from "./limits.js";
 
 export function Design({ spec }) {

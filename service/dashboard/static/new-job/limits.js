@@ -1,7 +1,7 @@
 // How much of each limit the job would use, beside its cost.
 import { usageGroups } from "../account/usage_words.js";
 import { html } from "../shared/html.js";
-import { Documented } from "./documented.js";
+import { Documented } from "./form/documented.js";
 
 const PAGE = "keys.html#limits-and-quotas";
 

@@ -6,18 +6,18 @@ import { useAddress } from "../shared/use_address.js";
 import { change, fetchJob, getState, maySubmit, useKnown } from "../state/store.js";
 import { useCheck } from "./check.js";
 import { DesignPanel } from "./design.js";
-import { faultsAt, hasFault, otherFaults } from "./faults.js";
-import { Field, More } from "./fields.js";
-import { groupsOf } from "./groups.js";
+import { faultsAt, hasFault, otherFaults } from "./form/faults.js";
+import { Field, More } from "./form/fields.js";
+import { groupsOf } from "./form/groups.js";
 import { jobFileOf, valueAt, withValue } from "./job_file.js";
 import { JobText } from "./job_text.js";
 import { exceededWords } from "./limits.js";
-import { Parameters } from "./parameters.js";
+import { Parameters } from "./scenes/parameters.js";
 import { Preview, usePreview } from "./preview.js";
 import { Presets } from "./presets.js";
-import { Scenes } from "./scenes.js";
-import { fieldsOf } from "./schema.js";
-import { Upload } from "./upload.js";
+import { Scenes } from "./scenes/scenes.js";
+import { fieldsOf } from "./form/schema.js";
+import { Upload } from "./scenes/upload.js";
 
 const FRAMES = "1-8"; // A short video, as a first job.
 

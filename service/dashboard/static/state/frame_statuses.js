@@ -1,7 +1,7 @@
 // The statuses of all frames of the open job: {job, numbers, statuses, version}. The arrays change in place, and each
 // change of them makes another object with the next version.
 import { getFrameStatuses } from "../api/operations.js";
-import { expand, placeOfFrame, STATUSES } from "../jobs/frame_runs.js";
+import { expand, placeOfFrame, STATUSES } from "../jobs/frames/frame_runs.js";
 import { change, getState } from "./store.js";
 
 const RENEW_MS = 500;

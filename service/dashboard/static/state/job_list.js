@@ -1,7 +1,7 @@
 // The list of jobs: pages of the jobs that a query finds, loaded where the user looks. Events keep the rows current;
 // the order changes only while the user holds the list neither by the pointer nor by the keyboard.
 import { getJobs } from "../api/operations.js";
-import { isNewestFirst, requestOf } from "../jobs/list_query.js";
+import { isNewestFirst, requestOf } from "../jobs/list/list_query.js";
 import { pagesOf } from "../shared/windowing.js";
 import { change, fetchJobs, forgetJobs, getState } from "./store.js";
 

@@ -3,7 +3,7 @@ import { link } from "../api/operations.js";
 import { Choice } from "../shared/choice.js";
 import { html } from "../shared/html.js";
 import { TITLES } from "./modes/index.js";
-import { TimeBar } from "./time_bar.js";
+import { TimeBar } from "./time/time_bar.js";
 
 const STILL = { isPlaying: false, speed_fps: 8, isLooping: true };
 const NOWHERE = { at: -1, before: -1, after: 0 };

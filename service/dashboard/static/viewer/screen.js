@@ -1,13 +1,13 @@
 // The stage of the viewer: the picture of the mode, and the hand that turns, moves and enlarges it.
 import { useLayoutEffect, useRef, useState } from "preact/hooks";
 import { html } from "../shared/html.js";
-import { GRAPHICS, ViewCanvas, WITHOUT_GRAPHICS } from "./canvas.js";
-import { Eye } from "./eye.js";
-import { useGestures } from "./gestures.js";
-import { hovered, turned } from "./motion.js";
+import { GRAPHICS, ViewCanvas, WITHOUT_GRAPHICS } from "./painting/canvas.js";
+import { Eye } from "./hand/eye.js";
+import { useGestures } from "./hand/gestures.js";
+import { hovered, turned } from "./hand/motion.js";
 import { RemotePicture } from "./remote.js";
 import { rounded, roundedPlace } from "./stand.js";
-import { panned, partAt, rectOf, zoomedAt } from "./zoom.js";
+import { panned, partAt, rectOf, zoomedAt } from "./hand/zoom.js";
 
 // `hand` is a ref through which the keys of the viewer move eye and zoom.
 export function Screen({ given, kind, item, url, label, atlas, guide, isWaiting, isCalm, ...rest }) {

@@ -1,7 +1,7 @@
 // The state of the viewer: what is shown of a frame, and from where. All of it is in the address, so that a link shows
 // the same pixels.
-import { EYES_APART_MM, LEAST_APART_MM, MOST_APART_MM } from "./stereo.js";
-import { FIT, MOST } from "./zoom.js";
+import { EYES_APART_MM, LEAST_APART_MM, MOST_APART_MM } from "./painting/stereo.js";
+import { FIT, MOST } from "./hand/zoom.js";
 
 export const START = {
   frame: null, // the number of the frame; null shows the newest

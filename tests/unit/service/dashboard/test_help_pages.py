@@ -41,7 +41,7 @@ def test_no_page_has_what_the_policy_of_pages_forbids(guest: Client) -> None:
 
 
 def test_each_field_and_each_kind_of_output_has_the_anchor_to_which_the_form_leads(guest: Client) -> None:
-    """See `static/new-job/documentation.js`."""
+    """See `static/new-job/form/documentation.js`."""
     anchors = {page: set(_ANCHOR.findall(guest.get(f"/help/{page}.html").text)) for page in ("job-file", "outputs")}
     assert fields_of(JobSpec) - anchors["job-file"] == set()
     assert set(KINDS) - anchors["outputs"] == set()

@@ -9,6 +9,6 @@ from service.dashboard.assets import assets
 
 
 def test_the_page_and_the_service_have_the_same_limits_of_a_scene() -> None:
-    text = assets()["new-job/dropped.js"].body.decode()
+    text = assets()["new-job/scenes/dropped.js"].body.decode()
     found = {name: int(number) for name, number in re.findall(r"^const (MOST_\w+) = (\d+);", text, re.MULTILINE)}
     assert found == {"MOST_FILES": MAX_FILES, "MOST_MIB": MAX_BYTES // 2**20}

@@ -1,5 +1,5 @@
 // Quilts: the views of a row as the tiles of one picture, as Looking Glass panels take them.
-import { presence } from "../views.js";
+import { presence } from "../painting/views.js";
 
 // The number of columns, somewhat more than rows, as the output `quilt` has it.
 export function tileColumns(count) {

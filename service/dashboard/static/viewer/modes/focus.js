@@ -2,10 +2,10 @@
 import { getFocusDepth } from "../../api/operations.js";
 import { count, quantity } from "../../shared/format.js";
 import { html } from "../../shared/html.js";
-import { Enlargement } from "../controls.js";
-import { DepthOverlay, DepthToggle } from "../depth_overlay.js";
-import { scaleOf } from "../depth_scale.js";
-import { clamp } from "../views.js";
+import { Enlargement } from "../hand/controls.js";
+import { DepthOverlay, DepthToggle } from "../depth/depth_overlay.js";
+import { scaleOf } from "../depth/depth_scale.js";
+import { clamp } from "../painting/views.js";
 
 export const focus = {
   name: "focused",

@@ -1,13 +1,13 @@
 // Look: one eye or two move among the views.
 import { by, quantity } from "../../shared/format.js";
 import { html } from "../../shared/html.js";
-import { Enlargement } from "../controls.js";
-import { DepthOverlay, DepthToggle } from "../depth_overlay.js";
-import { Apart, Eyes } from "../eyes.js";
-import { turned } from "../motion.js";
+import { Enlargement } from "../hand/controls.js";
+import { DepthOverlay, DepthToggle } from "../depth/depth_overlay.js";
+import { Apart, Eyes } from "../hand/eyes.js";
+import { turned } from "../hand/motion.js";
 import { roundedPlace } from "../stand.js";
-import { eyeAt, eyePair, viewsApart } from "../stereo.js";
-import { nearestView, nextPlace, numbersAt, placeOf } from "../views.js";
+import { eyeAt, eyePair, viewsApart } from "../painting/stereo.js";
+import { nearestView, nextPlace, numbersAt, placeOf } from "../painting/views.js";
 
 const PAIR_PX = 720; // The longer side of the picture of one eye of two that the service makes.
 

@@ -2,9 +2,9 @@
 import { Choice } from "../../shared/choice.js";
 import { count, percent } from "../../shared/format.js";
 import { html } from "../../shared/html.js";
-import { Apart, Eyes, inRange } from "../eyes.js";
+import { Apart, Eyes, inRange } from "../hand/eyes.js";
 import { ownShare, zoneOf } from "../observed.js";
-import { EYES } from "../stereo.js";
+import { EYES } from "../painting/stereo.js";
 
 const SEEN_PX = 480; // The longer side of the picture of one eye.
 const EYE_STEP_MM = 10;

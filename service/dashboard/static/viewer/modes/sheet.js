@@ -4,7 +4,7 @@ import { asPng } from "../../api/operations.js";
 import { Choice } from "../../shared/choice.js";
 import { by } from "../../shared/format.js";
 import { html } from "../../shared/html.js";
-import { FIT, zoomedAt } from "../zoom.js";
+import { FIT, zoomedAt } from "../hand/zoom.js";
 
 const SHEETS = [
   ["orthoscopic", "Orthoscopic"],
