@@ -11,8 +11,8 @@ help_pages     the documentation, and its router
 
 api/      the requests to the API, and the page of the API
 state/    what the page knows: `store` holds it, `live` keeps it current, `frame_pages` has the frames of the open job
-jobs/     one job with rig, videos and failures; list/ of jobs, its frames/, the work/ of its tasks, compare/ two of them
-viewer/   the viewer of a job: looker puts together its screen, the hand/ (eye, gestures, keys, zoom), time/ (film strip,
+jobs/     one job with rig, videos and failures; list/ of jobs, its frames/, the work/ of its tasks, compare/ of two
+viewer/   the viewer of a job: looker puts together its screen, the hand/ (eye, gestures, keys, zoom), time/ (strip,
           player), painting/ with WebGL, depth/, a module for each mode in modes/, and the cast/ to a panel
 new-job/  the form for a new job: form/ (fields by the schema), scenes/ (with uploads), animation/ (keyframes), design
 farm/     the header with the health of the farm
