@@ -37,7 +37,7 @@ def compute_design(
     return JSONResponse(found.model_dump(mode="json"), headers=headers)
 
 
-@router.post("/check", openapi_extra=JOB_FILE)
+@router.post("/check")  # No schema of the body: there is no JSON that it refuses.
 def check_job(state: AppStateDep, caller: ViewerDep, body: Annotated[Any, Body()]) -> JobCheck:
     """Check a job file as a submission does, and store nothing: what is wrong at which field, design and limits.
 
