@@ -6,6 +6,7 @@ import {
   hrefOf,
   isFiltered,
   isNewestFirst,
+  isSame,
   ownersOf,
   parseQuery,
   requestOf,
@@ -59,4 +60,10 @@ test("every owner is offered, each name once, and one's own jobs under one name"
   ];
   assert.deepEqual(ownersOf(listed, jobs, { mine: "me", asked: "gone" }), ["ann", "gone", "shares", "zoe"]);
   assert.deepEqual(ownersOf([], [], { mine: "me", asked: "me" }), []);
+});
+
+test("queries are the same if they find the same jobs in the same order", () => {
+  assert.ok(isSame(of("search=fish&sort=work"), of("sort=work&search=fish&frame=3")));
+  assert.ok(!isSame(of("sort=work"), of("")));
+  assert.ok(!isSame(null, of("")));
 });

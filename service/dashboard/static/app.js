@@ -11,7 +11,7 @@ import { Header } from "./farm/header.js";
 import { Compare } from "./jobs/compare/compare.js";
 import { Job } from "./jobs/job.js";
 import { JobList } from "./jobs/list/list.js";
-import { hrefOf, isFiltered } from "./jobs/list/list_query.js";
+import { hrefOf, isFiltered, isSame, parseQuery } from "./jobs/list/list_query.js";
 import { Account } from "./account/account.js";
 import { Audit } from "./account/audit.js";
 import { Keys } from "./account/keys.js";
@@ -34,8 +34,9 @@ function App() {
     // On a wide screen the first job is open beside the list.
     const { jobs, list } = getState();
     const first = Object.values(list.ids).find((id) => id in jobs); // Those that were removed may still be listed.
-    const isList = here.view === "list" && read().view === "list"; // The user may have gone on in the meantime.
-    if (!isList || !isLoaded || !wide.matches) return;
+    const now = read(); // The user may have gone on in the meantime, to another page or another order of the list.
+    const isList = here.view === "list" && now.view === "list";
+    if (!isList || !isLoaded || !wide.matches || !isSame(list.query, parseQuery(now.query))) return;
     if (first) location.replace(hrefOf(first, list.query));
     else if (!isFiltered(list.query)) location.replace("#/new");
   }, [here.view, isLoaded]);

@@ -82,6 +82,9 @@ export function ownersOf(listed, jobs, { mine, asked }) {
   return [...names].sort((one, other) => one.localeCompare(other));
 }
 
+// Whether two queries find the same jobs in the same order. There may be none yet.
+export const isSame = (one, other) => Boolean(one && other) && hrefOf("", one) === hrefOf("", other);
+
 export const isFiltered = (query) => Boolean(query.search.trim() || query.status || query.owner);
 
 // Whether new jobs come first and nothing else changes the order.
