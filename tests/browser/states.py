@@ -209,8 +209,13 @@ SCREENS = (
     Screen("phone", 390, 844, "light"),
 )
 
-QUIET = """() => document.readyState === "complete" && !document.querySelector("[aria-busy=true]")
-  && [...document.images].every((image) => image.complete)"""
+QUIET = """() => {
+  const isSeen = ({ top, bottom, left, right }) => top < innerHeight && bottom > 0 && left < innerWidth && right > 0;
+  const isAway = (image) => image.loading === "lazy" && !isSeen(image.getBoundingClientRect());
+  return document.readyState === "complete" && !document.querySelector("[aria-busy=true]")
+    && [...document.images].every((image) => image.complete || isAway(image));
+}"""
+"""Browsers may load a lazy picture that is not on the screen, or leave it."""
 
 
 def settle(page: Page) -> None:

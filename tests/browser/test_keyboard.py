@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Page, Route, expect
 
 from tests.browser.conftest import Farm
 from tests.waiting import until
@@ -61,6 +61,15 @@ class Keys:
     def keeps_focus(self) -> None:
         """Wait until something of the page has the focus."""
         until(lambda: not self.page.evaluate(STOP)["lost"])
+
+
+def _answer_after_the_event(route: Route) -> None:
+    """Hold back the answer to an action until the stream has told of it: no button of the job is enabled meanwhile."""
+    answer = route.fetch()
+    buttons = route.request.frame.page.locator(".actions")
+    expect(buttons.get_by_role("button", name="Pause")).to_be_disabled()
+    route.request.frame.page.wait_for_timeout(300)  # The focus has time to go somewhere else.
+    route.fulfill(response=answer)
 
 
 def test_everything_is_done_by_keys_alone(page: Page, farm: Farm) -> None:
@@ -133,11 +142,12 @@ def test_everything_is_done_by_keys_alone(page: Page, farm: Farm) -> None:
     keys.press("Enter")
     expect(page.get_by_role("heading", name="Two")).to_be_visible()
     keys.to('button "Resume"')
+    page.route("**/resume", _answer_after_the_event)
     keys.press("Enter")
     until(lambda: keys.stop().startswith('button "Pause"'))
     keys.to('button "Cancel"')
     keys.press("Enter")
-    assert keys.stop().startswith('button "Keep the job"')
+    until(lambda: keys.stop().startswith('button "Keep the job"'))
     keys.press("Enter")
     until(lambda: keys.stop().startswith('button "Cancel"'))
     assert farm.service.status(running[1]) != "cancelled"

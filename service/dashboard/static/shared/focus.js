@@ -37,12 +37,19 @@ function check() {
     if (waits > 0) last.node.focus(); // It is enabled again.
     return;
   }
-  if (last.node.isConnected && ++waits < PATIENCE) {
+  if ((last.node.isConnected || isWorking()) && ++waits < PATIENCE) {
     timer = setTimeout(check, PAUSE_MS);
     return;
   }
   waits = 0;
   nearest()?.focus({ preventScroll: true });
+}
+
+// Whether all controls that took the place of the one that went are disabled while something works.
+function isWorking() {
+  const part = last.around.find(({ node }) => node.isConnected);
+  const shown = part ? controlsIn(part.node).filter((one) => one.checkVisibility()) : [];
+  return shown.length > 0 && shown.every((one) => one.matches(":disabled"));
 }
 
 function nearest() {
