@@ -19,6 +19,7 @@ _PAGE = """<!doctype html>
 <meta name="viewport" content="width=device-width, initial-scale=1">
 <title>{title} - Lippmann</title>
 <link rel="stylesheet" href="{root}style.css">
+<link rel="expect" href="#page-end" blocking="render">
 {icon}</head>
 <body>
 <nav>
@@ -30,6 +31,7 @@ _PAGE = """<!doctype html>
 <main>
 {body}
 </main>
+<div id="page-end"></div>
 </body>
 </html>
 """
