@@ -20,7 +20,7 @@ _SCROLLED = {
     "<table>": '<div class="table" tabindex="0"><table>',
     "</table>": "</table></div>",
 }
-"""What may be wider than the screen is scrolled, by keys too. No text of a page has these, which are escaped."""
+"""Parts that may be wider than the screen are scrolled, by keys too. Texts of pages are escaped, so none has these."""
 
 
 @dataclass(frozen=True)

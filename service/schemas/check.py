@@ -13,7 +13,7 @@ class AskedLimit(Answer):
     name: str
     """The name of the limit, as in `limits` of a key."""
     used: float
-    """What the job asks for; of a limit of the owner, what the owner would have with it."""
+    """The amount that the job asks for; of a limit of the owner, all that the owner would have with the job."""
     limit: float
     source: str
     """Who sets the limit: a setting of the farm, or the key of the request if that is lower."""

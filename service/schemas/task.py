@@ -75,7 +75,7 @@ class TaskPage(Answer):
 
 
 class AttemptOutcome(StrEnum):
-    """What became of an attempt."""
+    """The outcome of an attempt."""
 
     RUNNING = "running"
     DONE = "done"
