@@ -13,6 +13,7 @@ import shutil
 import sys
 import time
 from collections.abc import Iterable, Iterator, Sequence
+from itertools import islice
 from pathlib import Path
 from statistics import median
 
@@ -23,6 +24,10 @@ from tests.leftovers import watch_this_run
 from tests.network_host import why_no_network_host
 
 PAGE = Path("docs/chaos.md")
+KEPT = Path("tests/chaos/trials.jsonl")
+"""All trials whose records are kept."""
+EARLIER = Path("tests/chaos/earlier.json")
+"""The numbers of trials, and of those that were right, whose records were not kept, by kind."""
 TABLE = "<!-- the table is written by `make chaos ARGS=--write` -->\n"
 
 
@@ -36,8 +41,13 @@ def main() -> int:
     parser.add_argument(
         "--until", type=int, help="try each kind until the results in the folder have this many trials of it"
     )
+    parser.add_argument(
+        "--part", default="1/1", help="take every Nth of those trials, from the Kth on [default: 1/1]", metavar="K/N"
+    )
     parser.add_argument("--out", type=Path, default=Path("out/chaos"), help="the folder of the results")
-    parser.add_argument("--write", action="store_true", help=f"write the table of all results into {PAGE}")
+    parser.add_argument(
+        "--write", action="store_true", help=f"keep the results in {KEPT}, and write the table of all into {PAGE}"
+    )
     options = parser.parse_args()
     kinds = [kind for name, kind in KINDS.items() if not options.only or any(word in name for word in options.only)]
     if options.list:
@@ -54,20 +64,28 @@ def main() -> int:
         kinds = [kind for kind in kinds if kind not in in_namespaces]
     out = options.out.resolve()
     if options.until is not None:
-        return _try(_missing(kinds, options.until, out), out)
+        first, step = map(int, options.part.split("/"))
+        return _try(islice(_missing(kinds, options.until, out), first - 1, None, step), out)
     seeds = range(options.seed, options.seed + options.runs)
     return _try(((kind, seed) for seed in seeds for kind in kinds), out)
 
 
 def _missing(kinds: Sequence[Kind], until: int, out: Path) -> Iterator[tuple[Kind, int]]:
     """Yield the trials that the results lack, the kinds with the fewest first, with seeds that none of them had."""
-    had = {kind.name: [result.seed for result in _results(out) if result.kind == kind.name] for kind in kinds}
-    for trials in range(until):
+    earlier = json.loads(EARLIER.read_text())
+    results = {result.json(): result for result in (*_results(KEPT), *_results(out / "results.jsonl"))}
+    trials = {kind.name: earlier.get(kind.name, [0])[0] for kind in kinds}
+    last_seed = dict(trials)
+    for result in results.values():
+        if result.kind in trials:
+            trials[result.kind] += 1
+            last_seed[result.kind] = max(last_seed[result.kind], result.seed)
+    for least in range(until):
         for kind in kinds:
-            if len(had[kind.name]) <= trials:
-                seed = max(had[kind.name], default=0) + 1
-                had[kind.name].append(seed)
-                yield kind, seed
+            if trials[kind.name] <= least:
+                trials[kind.name] += 1
+                last_seed[kind.name] += 1
+                yield kind, last_seed[kind.name]
 
 
 def _try(trials: Iterable[tuple[Kind, int]], out: Path) -> int:
@@ -92,31 +110,44 @@ def _try(trials: Iterable[tuple[Kind, int]], out: Path) -> int:
     return 1 if bad else 0
 
 
-def _results(out: Path) -> list[Verdict]:
-    file = out / "results.jsonl"
+def _results(file: Path) -> list[Verdict]:
     return [Verdict(**json.loads(line)) for line in file.read_text().splitlines()] if file.exists() else []
 
 
 def _write(out: Path) -> None:
-    """Write the table of all results into the page of the docs."""
-    results = _results(out)
-    machine = f"{platform.machine()}, {os.cpu_count()} cores, {platform.system()} {platform.release()}"
-    lines = [f"{len(results)} trials, {time.strftime('%Y-%m-%d')}, {machine}.", "",
-             "| fault | trials | right | median | longest | attempts again | longest recovery |",
-             "|---|---|---|---|---|---|---|"]  # fmt: skip
-    for name in KINDS:
-        of_kind = [result for result in results if result.kind == name]
-        if of_kind:
-            seconds = [result.seconds for result in of_kind]
-            right = sum(not result.wrong for result in of_kind)
-            again = sum(result.attempts_again for result in of_kind) / len(of_kind)
-            recoveries = [result.recovered_s for result in of_kind if result.recovered_s is not None]
-            cells = [name, len(of_kind), right, f"{median(seconds):.0f} s", f"{max(seconds):.0f} s", f"{again:.1f}"]
-            cells.append(f"{max(recoveries):.0f} s" if recoveries else "")
-            lines.append(f"| {' | '.join(map(str, cells))} |")
+    """Keep the results of a folder, and write the table of all that are kept into the page of the docs."""
+    kept = {result.json(): None for result in (*_results(KEPT), *_results(out / "results.jsonl"))}
+    KEPT.write_text("".join(f"{line}\n" for line in kept))
     head, mark, _ = PAGE.read_text().partition(TABLE)
     assert mark, f"expected the line of the table in {PAGE}"
-    PAGE.write_text(head + mark + "\n" + "\n".join(lines) + "\n")
+    PAGE.write_text(head + mark + "\n" + "\n".join(_table()) + "\n")
+
+
+def _table() -> Iterator[str]:
+    """Yield the lines of the table; its times are those of the trials whose records are kept."""
+    results, earlier = _results(KEPT), json.loads(EARLIER.read_text())
+    machine = f"{platform.machine()}, {os.cpu_count()} cores, {platform.system()} {platform.release()}"
+    trials = sum(trials for trials, _ in earlier.values()) + len(results)
+    yield f"{trials} trials, {time.strftime('%Y-%m-%d')}, {machine}. The times are those of {len(results)} of them."
+    yield ""
+    yield "| fault | trials | right | median | longest | attempts again | longest recovery |"
+    yield "|---|---|---|---|---|---|---|"
+    for name in KINDS:
+        of_kind = [result for result in results if result.kind == name]
+        trials, right = earlier.get(name, (0, 0))
+        cells = [name, trials + len(of_kind), right + sum(not result.wrong for result in of_kind), *_times(of_kind)]
+        yield f"| {' | '.join(map(str, cells))} |"
+
+
+def _times(results: Sequence[Verdict]) -> tuple[str, str, str, str]:
+    """Return the median and the longest time, the mean number of attempts again, and the longest recovery."""
+    if not results:
+        return "", "", "", ""
+    seconds = [result.seconds for result in results]
+    again = sum(result.attempts_again for result in results) / len(results)
+    recoveries = [result.recovered_s for result in results if result.recovered_s is not None]
+    recovery = f"{max(recoveries):.0f} s" if recoveries else ""
+    return f"{median(seconds):.0f} s", f"{max(seconds):.0f} s", f"{again:.1f}", recovery
 
 
 if __name__ == "__main__":
