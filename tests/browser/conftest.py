@@ -100,11 +100,20 @@ def panel() -> PanelBridge | None:
 
 
 @pytest.fixture
-def farm(tmp_path: Path, broker: Broker, proxy: PrefixProxy | None, panel: PanelBridge | None) -> Iterator[Farm]:
+def body_limit_mb() -> float:
+    """Return the largest size of a request; a test may ask for another one."""
+    return 256.0
+
+
+@pytest.fixture
+def farm(
+    tmp_path: Path, broker: Broker, proxy: PrefixProxy | None, panel: PanelBridge | None, body_limit_mb: float
+) -> Iterator[Farm]:
     given = parts(tmp_path)
     settings = Settings(
         data_dir=tmp_path, redis_url=broker.url, reconcile_s=0.2, tick_s=0.05, retry_pause_s=0.0,
         public_url=proxy.url if proxy else "", panel_url=panel.url if panel else "",
+        body_limit_mb=body_limit_mb,
     )  # fmt: skip
     service = Service(settings, given)
     if proxy:

@@ -100,6 +100,12 @@ def _new_job(visit: Visit) -> None:
     visit.page.get_by_label("Title").wait_for()
 
 
+def _new_job_begun(visit: Visit) -> None:
+    visit.page.get_by_label("Title").fill("Half a job")
+    visit.page.reload()
+    visit.page.get_by_text("This is the form as you left it.").wait_for()
+
+
 def _job_done(visit: Visit) -> None:
     visit.go(f"#/jobs/{visit.done()}")
     visit.page.get_by_role("heading", name="A pond").first.wait_for()
@@ -170,6 +176,7 @@ STATES: Mapping[str, Callable[[Visit], None]] = MappingProxyType(
         "help": _help,
         "no-jobs": _no_jobs,
         "new-job": _new_job,
+        "new-job-begun": _new_job_begun,
         "job-done": _job_done,
         "focus": _looking("look=focus"),
         "depth-map": _looking("look=look&map=1"),

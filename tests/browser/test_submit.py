@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import json
 import re
+import secrets
 import shutil
+import zipfile
 from collections.abc import Callable
 from pathlib import Path
 
+import pytest
 from playwright.sync_api import Page, expect
 
 from povtemplates.catalogue import scene_folders
@@ -104,6 +107,34 @@ def test_a_folder_becomes_a_scene_and_what_is_refused_is_said_with_the_reason(
     watch.complaints.clear()
 
 
+@pytest.mark.parametrize("body_limit_mb", [1.0])
+def test_a_zip_that_is_too_large_or_unpacks_to_too_much_is_refused_with_the_limit_and_the_next_is_taken(
+    page: Page, watch: Watch, log_in: Callable[[], Page], tmp_path: Path
+) -> None:
+    log_in()
+    choose = page.get_by_label("A zip with a scene")
+    with (tmp_path / "huge.zip").open("wb") as file:
+        file.truncate(257 * 2**20)  # The page refuses it by its size alone.
+    choose.set_input_files(tmp_path / "huge.zip")
+    expect(page.get_by_text("A scene has at most 256 MiB, and this has 257 MiB.")).to_be_visible()
+    assert watch.complaints == []
+    (tmp_path / "large.zip").write_bytes(secrets.token_bytes(8_000_000))  # More than the service takes.
+    choose.set_input_files(tmp_path / "large.zip")
+    # The service answers at once and hangs up; whether the browser reads the answer before is the network's affair.
+    expect(
+        page.get_by_text(re.compile("expected at most 1000000 bytes|8 MB was cut; it may be too large"))
+    ).to_be_visible()
+    with zipfile.ZipFile(tmp_path / "bomb.zip", "w", zipfile.ZIP_DEFLATED) as bomb:
+        bomb.writestr("scene.pov", bytes(65 * 2**20))
+    choose.set_input_files(tmp_path / "bomb.zip")
+    expect(page.get_by_text("expected at most 100 times the packed size")).to_be_visible()
+    watch.complaints.clear()
+    shutil.copytree(scene_folders()["target-points"], tmp_path / "small points")
+    page.get_by_label("A folder with a scene").set_input_files(tmp_path / "small points")
+    expect(page.get_by_text("is uploaded as small-points.")).to_be_visible()
+    assert watch.complaints == []
+
+
 def test_a_parameter_of_the_scene_is_sent_as_the_number_it_is(
     page: Page, farm: Farm, log_in: Callable[[], Page]
 ) -> None:
@@ -194,6 +225,43 @@ def test_what_is_wrong_is_said_at_its_field_before_anything_is_submitted_and_not
     page.get_by_role("button", name="Submit").click()
     expect(page.get_by_role("alert")).to_contain_text("Some fields need another look.")
     assert [REFUSAL in text for text in watch.complaints] == [True]
+    watch.complaints.clear()
+
+
+def test_a_form_that_was_begun_outlives_the_session_and_a_reload_and_ends_with_the_job(
+    page: Page, farm: Farm, watch: Watch, log_in: Callable[[str], Page]
+) -> None:
+    farm.studio.hold()
+    key = farm.service.new_key(Role.SUBMITTER)
+    log_in(key)
+    expect(page.get_by_text("This is the form as you left it.")).to_have_count(0)
+    title = page.get_by_label("Title")
+    title.fill("Half a job")
+    page.get_by_label("Offset mm").fill("far")
+    farm.service.client.delete(f"/keys/{key.split('_')[1]}").raise_for_status()
+    page.reload()
+    page.get_by_label("API key").fill(farm.key)
+    page.get_by_role("button", name="Log in").click()
+    expect(page.get_by_text("This is the form as you left it.")).to_be_visible()
+    expect(title).to_have_value("Half a job")
+    expect(page.get_by_label("Offset mm")).to_have_value("far")  # What cannot be submitted is kept as well.
+    page.get_by_label("Offset mm").fill("40")
+    page.get_by_role("button", name="Submit").click()
+    expect(page.get_by_role("heading", level=1, name="Half a job")).to_be_visible()
+    page.get_by_role("link", name="New job").click()
+    expect(title).to_have_value("fish")
+    expect(page.get_by_text("This is the form as you left it.")).to_have_count(0)
+    title.fill("Another")
+    page.reload()
+    page.get_by_role("button", name="Begin again").click()
+    expect(title).to_have_value("fish")
+    title.fill("Mine")
+    page.get_by_role("button", name="Log out").click()
+    page.get_by_label("API key").fill(farm.service.new_key(Role.SUBMITTER))
+    page.get_by_role("button", name="Log in").click()
+    page.get_by_role("link", name="New job").click()
+    expect(title).to_have_value("fish")
+    assert all("the server responded with a status of 401" in text for text in watch.complaints)
     watch.complaints.clear()
 
 

@@ -2,6 +2,7 @@
 import { link, logOut } from "../api/operations.js";
 import { bytes, many } from "../shared/format.js";
 import { html } from "../shared/html.js";
+import { forgetDraft } from "../new-job/draft.js";
 import { maySubmit, useKnown } from "../state/store.js";
 
 const LINKS = {
@@ -60,7 +61,10 @@ const confinement = (sandboxes) => (sandboxes?.length ? `Scenes run in: ${sandbo
 const HelpPage = () => html`<a class="button plain manual" href=${link("/help/")} target="_blank">Help</a>`;
 
 function LogOut({ session }) {
-  const leave = () => logOut().finally(() => location.replace(link("/")));
+  const leave = () => {
+    forgetDraft(); // The next one at this tab is somebody else.
+    logOut().finally(() => location.replace(link("/")));
+  };
   return html`
     <button class="plain" title="Logged in as ${session.name} (${session.role})" onClick=${leave}>Log out</button>
   `;

@@ -6,6 +6,7 @@ import { useAddress } from "../shared/use_address.js";
 import { change, fetchJob, getState, maySubmit, useKnown } from "../state/store.js";
 import { useCheck } from "./check.js";
 import { DesignPanel } from "./design.js";
+import { forgetDraft, keepDraft, keptDraft } from "./draft.js";
 import { faultsAt, hasFault, otherFaults } from "./form/faults.js";
 import { Field, More } from "./form/fields.js";
 import { groupsOf } from "./form/groups.js";
@@ -25,6 +26,7 @@ export function Submit() {
   const scenes = useKnown((known) => known.scenes);
   const [schema, setSchema] = useState(null);
   const [job, setJob] = useState(null);
+  const [fresh, setFresh] = useState(null); // The job of a form that nobody has changed, if another one is shown.
   const [problem, setProblem] = useState(null);
   const from = useAddress().query.get("from"); // A job to run again with changes.
   useEffect(() => {
@@ -33,10 +35,22 @@ export function Submit() {
     const begin = ([{ items }, found, first]) => {
       change({ scenes: items });
       setSchema(found);
-      setJob(first ? jobFileOf(first.spec, defaultsOf(found)) : { scene: firstScene(items), frames: FRAMES });
+      const unchanged = first ? jobFileOf(first.spec, defaultsOf(found)) : { scene: firstScene(items), frames: FRAMES };
+      const kept = keptDraft(from);
+      setFresh(kept ? unchanged : null);
+      setJob(kept ?? unchanged);
     };
     Promise.all([getScenes(), getSchema("job"), from && getJob(from)]).then(begin, setProblem);
   }, [from]);
+  const setAndKeep = (changed) => {
+    keepDraft(from, changed);
+    setJob(changed);
+  };
+  const beginAgain = () => {
+    forgetDraft();
+    setJob(fresh);
+    setFresh(null);
+  };
   return html`
     <div class="submit">
       <a class="back" href="#/">← All jobs</a>
@@ -44,7 +58,14 @@ export function Submit() {
       ${problem && html`<div class="fault whole" role="alert"><p>${problem.message}</p></div>`}
       ${
         schema && job
-          ? html`<${Form} ...${{ schema, scenes, job, setJob }} />`
+          ? html`
+            ${
+              fresh &&
+              html`<p class="kept">This is the form as you left it.
+                ${" "}<button class="plain" onClick=${beginAgain}>Begin again</button></p>`
+            }
+            <${Form} ...${{ schema, scenes, job, setJob: setAndKeep }} />
+          `
           : html`<p class="quiet loading">${problem ? "" : "Loading …"}</p>`
       }
     </div>
@@ -106,6 +127,7 @@ function Form({ schema, scenes, job, setJob }) {
     if (last.current.text !== text) last.current = { text, key: newKey() };
     try {
       const made = await fetchJob(() => postJob(job, last.current.key));
+      forgetDraft();
       location.hash = `#/jobs/${made.id}`;
     } catch (error) {
       setRefusal(error);
