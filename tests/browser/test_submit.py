@@ -239,7 +239,7 @@ def test_a_form_that_was_begun_outlives_the_session_and_a_reload_and_ends_with_t
     title.fill("Half a job")
     page.get_by_label("Offset mm").fill("far")
     farm.service.client.delete(f"/keys/{key.split('_')[1]}").raise_for_status()
-    page.reload()
+    expect(page.get_by_role("alert")).to_contain_text("Your session has ended")
     page.get_by_label("API key").fill(farm.key)
     page.get_by_role("button", name="Log in").click()
     expect(page.get_by_text("This is the form as you left it.")).to_be_visible()
