@@ -21,7 +21,7 @@ from tests.without_farm import masters_without_farm
 from worker.engines.mitsuba.version import Missing, mitsuba_version
 from worker.images.read import read_rgb
 
-STALL_S = 12.0
+STALL_S = 45.0
 """The time without progress after which the worker ends the program; more than a start on a busy machine takes."""
 ENV = {**QUICK, "LIPPMANN_MITSUBA": "auto", "LIPPMANN_FAILURES_ALLOWED": "9", "LIPPMANN_RETRY_PAUSE_S": "0"}
 
