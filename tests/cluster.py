@@ -69,7 +69,7 @@ def cluster_up(folder: Path, *, postgresql: str, objects: ObjectStore) -> Iterat
             for name in names
         ]
         with Client(f"http://127.0.0.1:{port}", key_file.read_text().strip(), patience_s=ENOUGH_S) as client:
-            until(lambda: client.health().slots == WORKERS)
+            until(lambda: client.health().slots == WORKERS, every_s=0.1)
             yield Cluster(folder, client, {**shared, **own}, workers)
 
 

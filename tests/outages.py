@@ -84,7 +84,7 @@ def separate_farm(folder: Path, *, slots: int = 2, env: Mapping[str, str] | None
         command = [LIPPMANN, "worker", "--slots", str(slots)]
         worker = stack.enter_context(_process(command, env=told, stdout=output, stderr=subprocess.STDOUT))
         client = stack.enter_context(Client(address, key_file.read_text().strip(), patience_s=ENOUGH_S))
-        until(lambda: client.health().slots == slots)
+        until(lambda: client.health().slots == slots, every_s=0.1)
         yield OutageFarm(client, data_dir, proxy, broker.client, log, lambda: worker.pid, broker)
 
 
@@ -94,7 +94,7 @@ def one_machine_farm(folder: Path, *, slots: int = 2, env: Mapping[str, str] | N
     data_dir = folder / "data"
     with ExitStack() as stack:
         farm = stack.enter_context(farm_up(data_dir, slots=slots, env=env))
-        until(lambda: farm.client.health().slots == slots)
+        until(lambda: farm.client.health().slots == slots, every_s=0.1)
         socket = socket_path(data_dir / "broker")
         moved = socket.with_name("moved.sock")
         socket.rename(moved)

@@ -68,7 +68,7 @@ def still_ratio(folder: Path) -> str:
 def _wall_ratio(folder: Path, work: Work) -> str:
     farm_s, plain_s = [], []
     with farm_up(folder / "data", slots=SLOTS) as farm:
-        until(lambda: farm.client.health().slots == SLOTS)
+        until(lambda: farm.client.health().slots == SLOTS, every_s=0.1)
         for number in range(ROUNDS):
             started_s = time.monotonic()
             # Followed as `submit --watch` does it: who asks ten times a second takes a tenth of a core.

@@ -30,7 +30,7 @@ def video_ratio(folder: Path) -> str:
     """
     spec, farm_s, loop_s, ratios = parse_spec(JOB), [], [], []
     with farm_up(folder / "data", slots=SLOTS, env={"LIPPMANN_MITSUBA": "auto"}) as farm:
-        until(lambda: farm.client.health().slots == SLOTS)
+        until(lambda: farm.client.health().slots == SLOTS, every_s=0.1)
         for number in range(ROUNDS):
             started_s = time.monotonic()
             *_, job = farm.client.follow(farm.client.submit(spec).id)

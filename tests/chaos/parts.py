@@ -175,7 +175,7 @@ def separate_parts(
         )
         url, key = f"http://127.0.0.1:{port}", key_file.read_text().strip()
         with Client(url, key, patience_s=ENOUGH_S) as client:
-            until(lambda: client.health().slots == WORKERS)
+            until(lambda: client.health().slots == WORKERS, every_s=0.1)
             yield Parts(folder, broker, service, workers, client)
 
 

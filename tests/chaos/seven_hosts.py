@@ -72,7 +72,7 @@ def seven_hosts(folder: Path, *, env: Mapping[str, str] | None = None) -> Iterat
         until(lambda: key_file.exists() and key_file.read_text().strip() and order_key.exists())
         workers = tuple(part(name, "worker", "--slots", "1", LIPPMANN_WORKER_NAME=name) for name in WORKERS)
         with Client(f"http://{address}:{port}", key_file.read_text().strip(), patience_s=ENOUGH_S) as client:
-            until(lambda: client.health().slots == len(WORKERS))
+            until(lambda: client.health().slots == len(WORKERS), every_s=0.1)
             for host in hosts.values():  # Before anything ends, it can reach the others.
                 stack.callback(host.pass_on)
             yield SevenHosts(folder, broker, service, workers, client, hosts)

@@ -70,7 +70,7 @@ def go_through(kind: Kind, seed: int, right: Pixels, folder: Path) -> Verdict:
         with _opened(kind, folder) as parts:
             begun_s = time.monotonic()
             job_id = parts.client.submit(kind.work.spec(f"1-{kind.work.frames}")).id
-            until(lambda: parts.client.job(job_id).tasks.running == len(parts.workers), within_s=JOB_S)
+            until(lambda: parts.client.job(job_id).tasks.running == len(parts.workers), within_s=JOB_S, every_s=0.1)
             time.sleep(rng.uniform(0.0, 4.0))  # faults come at any moment
             verdict.recovered_s = kind.inject(parts, job_id, rng)
             parts.heal()
@@ -78,7 +78,7 @@ def go_through(kind: Kind, seed: int, right: Pixels, folder: Path) -> Verdict:
             verdict.seconds = round(time.monotonic() - begun_s, 1)
             if kind.damages:
                 parts.client.repair(job_id)
-                until(lambda: parts.client.job(job_id).status == "done", within_s=JOB_S)
+                until(lambda: parts.client.job(job_id).status == "done", within_s=JOB_S, every_s=0.1)
             verdict.wrong += _too_late(kind, verdict.recovered_s) + wrong_with(parts, job, kind.work, right)
             verdict.attempts_again = sum(task.attempt_number - 1 for task in parts.client.tasks(job_id))
     except Exception as error:  # a trial that breaks is a verdict, and the next one follows
@@ -115,9 +115,9 @@ def wrong_with(parts: Parts, job: Job, work: Work, right: Pixels) -> list[str]:
     pixels = _pixels(parts, job, right)
     found += [f"frame {frame} has other pixels" for frame in right if pixels[frame] != right[frame]]
     with suppress(AssertionError):  # what follows says what stays
-        until(lambda: not _pending(parts), within_s=90.0)
+        until(lambda: not _pending(parts), within_s=90.0, every_s=0.1)
     found += _pending(parts)
-    until(lambda: len(parts.client.workers().items) == len(parts.workers), within_s=JOB_S)
+    until(lambda: len(parts.client.workers().items) == len(parts.workers), within_s=JOB_S, every_s=0.1)
     return found + _doctor(parts)
 
 

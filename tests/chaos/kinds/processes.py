@@ -36,7 +36,7 @@ def _worker_killed_long(parts: Parts, job_id: str, rng: Random) -> None:
 def _worker_gone(parts: Parts, job_id: str, rng: Random) -> float:
     worker = rng.choice(parts.workers)
     recovered_s = cut_off(parts, job_id, worker, worker.kill)
-    until(lambda: parts.client.job(job_id).status != "running", within_s=600.0)
+    until(lambda: parts.client.job(job_id).status != "running", within_s=600.0, every_s=0.1)
     return recovered_s
 
 

@@ -83,7 +83,7 @@ _add("the store slow by 200 ms and with 1 Mbit/s for 60 s", _slow_store, 54.0, 6
 def _worker_cut(parts: Parts, job_id: str, rng: Random) -> float:
     worker = rng.choice(parts.workers)
     recovered_s = cut_off(parts, job_id, worker, _seven(parts).hosts[worker.name].lose)
-    until(lambda: parts.client.job(job_id).status in ENDED_JOBS, within_s=600.0)
+    until(lambda: parts.client.job(job_id).status in ENDED_JOBS, within_s=600.0, every_s=0.1)
     return recovered_s
 
 

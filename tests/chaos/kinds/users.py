@@ -24,7 +24,7 @@ def _paused(parts: Parts, job_id: str, rng: Random) -> None:
 @KINDS.of("user: cancels and retries")
 def _cancelled(parts: Parts, job_id: str, rng: Random) -> None:
     parts.client.cancel(job_id)
-    until(lambda: parts.client.job(job_id).status == "cancelled")
+    until(lambda: parts.client.job(job_id).status == "cancelled", every_s=0.1)
     parts.client.retry(job_id)
 
 
@@ -34,5 +34,5 @@ def _second_job(parts: Parts, job_id: str, rng: Random) -> None:
     pause(rng, 0.0, 8.0)
     if "cancel" in parts.client.job(other.id).actions:
         parts.client.cancel(other.id)
-    until(lambda: parts.client.job(other.id).status in ("cancelled", "done"))
+    until(lambda: parts.client.job(other.id).status in ("cancelled", "done"), every_s=0.1)
     parts.client.delete(other.id)

@@ -48,7 +48,7 @@ for _what, (_alter, _seconds) in HOSTS.items():
 def _host_cut(parts: Parts, job_id: str, rng: Random) -> float:
     worker = rng.choice(parts.workers)
     recovered_s = cut_off(parts, job_id, worker, _link_of(worker).lose)
-    until(lambda: parts.client.job(job_id).status in ENDED_JOBS, within_s=600.0)
+    until(lambda: parts.client.job(job_id).status in ENDED_JOBS, within_s=600.0, every_s=0.1)
     return recovered_s
 
 

@@ -69,7 +69,7 @@ def farm(tmp_path_factory: pytest.TempPathFactory) -> Iterator[TwoWorkers]:
         )  # fmt: skip
         url, key = f"http://127.0.0.1:{port}", key_file.read_text().strip()
         with Client(url, key, patience_s=ENOUGH_S) as client:
-            until(lambda: client.health().slots == 2)
+            until(lambda: client.health().slots == 2, every_s=0.1)
             yield TwoWorkers(client, {"LIPPMANN_URL": url, "LIPPMANN_KEY": key}, plain, tagged)
 
 
