@@ -52,5 +52,12 @@ test("what is too large is refused before it is read", async () => {
 });
 
 test("a name has the letters that the service accepts", () => {
-  assert.deepEqual(["Fish & Co.zip", "a/b/Ünder_water", "!!!"].map(sceneName), ["fish-co", "nder-water", "scene"]);
+  assert.deepEqual(["Fish & Co.zip", "a/b/Ünder_water", "!!!"].map(sceneName), ["fish-co", "under-water", "scene"]);
+});
+
+test("folders in another script become scenes of different names, each always the same", () => {
+  const names = ["東京", "大阪", "東京 2", "大阪 2"].map(sceneName);
+  assert.equal(new Set(names).size, 4);
+  assert.deepEqual(names, ["東京.zip", "a/大阪", "東京 2", "大阪 2"].map(sceneName));
+  for (const name of names) assert.match(name, /^[a-z0-9][a-z0-9-]*$/);
 });

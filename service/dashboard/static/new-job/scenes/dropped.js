@@ -1,5 +1,5 @@
 // What somebody drops or chooses as a scene: a zip, or a folder, which becomes a zip.
-import { zipOf } from "./zip.js";
+import { crc32, zipOf } from "./zip.js";
 
 // The service takes no larger bundle; a folder is not read before it is known to be small enough.
 const MOST_FILES = 2000;
@@ -44,12 +44,16 @@ async function filesOf(entry) {
   return (await Promise.all(found.map(filesOf))).flat();
 }
 
-// A name that the service accepts, from the name of a file or a folder.
-export const sceneName = (path) =>
-  path
+// A name that the service accepts, from the name of a file or a folder. Accents go; where other letters go, a checksum
+// takes their place, so that two folders in another script do not become one scene.
+export function sceneName(path) {
+  const whole = path
     .split("/")
     .at(-1)
-    .replace(/\.[^.]*$/, "")
-    .toLowerCase()
-    .replace(/[^a-z0-9]+/g, "-")
-    .replace(/^-+|-+$/g, "") || "scene";
+    .replace(/\.[^.]*$/, "");
+  const plain = whole.normalize("NFKD").replace(/\p{M}/gu, "").toLowerCase();
+  const name = plain.replace(/[^a-z0-9]+/g, "-").replace(/^-+|-+$/g, "");
+  if (!/[^\x00-\x7f]/.test(plain.replace(/[^\p{L}\p{N}]/gu, ""))) return name || "scene";
+  const sum = crc32(new TextEncoder().encode(whole.normalize("NFC")));
+  return `${name || "scene"}-${sum.toString(16).padStart(8, "0")}`;
+}
