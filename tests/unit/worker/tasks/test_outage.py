@@ -115,7 +115,7 @@ def test_an_attempt_begins_when_the_broker_is_back(place: Workplace, proxy: TcpP
 def test_a_lease_whose_answer_was_lost_is_recognised_by_the_next_try_and_by_no_other_delivery(
     proxy: TcpProxy, broker: Broker
 ) -> None:
-    client = BrokerClient(url_of(proxy), "w1", "i1", seals=SEALS, timeout_s=0.5)
+    client = BrokerClient(url_of(proxy), "w1", "i1", seals=SEALS, timeout_s=3.0)
     earlier = ORDER.model_copy(update={"attempt": "a0"})
     assert client.claim(earlier, client.new_lease("a0")), "from now on the broker has the script"
     proxy.blackhole("answers")
