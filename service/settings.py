@@ -119,7 +119,7 @@ class Settings(BrokerSettings):
     decline_pause_s: float = Field(default=1.0, ge=0)
     """The pause before the next attempt of a declined task."""
     deferral_s: float = Field(default=15.0, gt=0)
-    """The pause before the next attempt of a task that a disk, the store, the sandbox or a missing POV-Ray prevented;
+    """The pause before the next attempt of a task that a disk, the store, the sandbox or a missing engine prevented;
     it doubles every time, up to 10 minutes."""
     store_check_s: float = Field(default=15.0, gt=0)
     """The interval at which the coordinator writes a small file to the store to check it."""

@@ -41,6 +41,8 @@ UNSEEN: dict[str, Any] = {
         "fps": True,
         "display": True,
         "priority": True,
+        "slots": True,
+        "workers": True,
         "outputs": True,
         # Stage, parameters and animated numbers are in the definition as they are at the frame, and so is the clock.
         "stage": True,

@@ -9,11 +9,12 @@ import pytest
 
 from lippmann.job.animation.clock import Clock
 from lippmann.job.messages.orders import TileIndex
+from lippmann.job.rendering.render_settings import RenderSettings
 from lippmann.job.resolved import ResolvedJob
 from lippmann.job.scenes.scene import Parameter, SceneManifest
 from lippmann.job.scenes.stage import Stage
-from lippmann.job.spec import parse_spec
-from lippmann.plan.render_cache import CHANNELS, DEPTH, POV, TILE, RenderSoftware, entry_files, tile_key
+from lippmann.job.spec import JobSpec, parse_spec
+from lippmann.plan.render_cache import CHANNELS, DEPTH, POV, TILE, UNSEEN, RenderSoftware, entry_files, tile_key
 from lippmann.plan.sampling import Tile
 
 SOFTWARE = RenderSoftware(
@@ -61,6 +62,8 @@ def test_a_key_is_the_same_in_every_job() -> None:
         {"frames": "1-3"},
         {"fps": 30},
         {"priority": 90},
+        {"slots": 3},
+        {"workers": {"pool": "night", "tags": ["fast"]}},
         {"outputs": ["centre.mp4"]},
         {"display": {"viewing_distance_mm": 500}},
         {"render": {"tiles": [2, 2], "timeout_s": 99, "stall_s": 99, "memory_mb": 999}},
@@ -94,6 +97,15 @@ def test_what_changes_no_pixel_changes_no_key(spec: dict[str, Any]) -> None:
 )
 def test_what_changes_pixels_changes_the_key(changes: dict[str, Any]) -> None:
     assert key(resolved(**changes)) != key()
+
+
+def test_for_every_field_it_is_decided_whether_it_changes_pixels() -> None:
+    counted = {"scene", "rig", "capture", "render"}
+    assert counted | (UNSEEN["spec"].keys() - {"render"}) == JobSpec.model_fields.keys()
+    assert not (counted - {"render"}) & UNSEEN["spec"].keys()
+    counted_of_render = {"antialias", "samples", "path_depth", "clamp"}
+    assert counted_of_render | UNSEEN["spec"]["render"] == RenderSettings.model_fields.keys()
+    assert not counted_of_render & UNSEEN["spec"]["render"]
 
 
 @pytest.mark.parametrize("field", [each.name for each in fields(RenderSoftware)])
