@@ -10,6 +10,7 @@ from __future__ import annotations
 import signal
 from collections.abc import Callable
 from queue import Empty
+from time import monotonic
 from typing import Any
 
 from celery.utils.log import get_logger
@@ -32,8 +33,11 @@ RETRY_S = 1.0
 TICK_S = 1.0
 """The interval at which the consumer examines itself. The broker answers a poll within a second, with or without an
 order."""
-SILENT_TICKS = 10
-"""The number of ticks without an answer after which the connection is made again."""
+SILENT_S = 10.0
+"""The time without an answer after which the connection is made again. Ticks do not measure it: while the broker is
+silent, each of them waits for the answers of its own questions."""
+SILENT_TICKS = 3
+"""The least number of ticks in that time: a process that stood still has asked nothing meanwhile."""
 
 ORDERS = frozenset(map(task_name, TaskKind))
 FOREIGN = (ValueError, LookupError, TypeError, AttributeError, RecursionError)
@@ -82,7 +86,7 @@ class OrderConsumer(Consumer):  # type: ignore[misc]  # Celery has no types
         self._look_after_previews = look_after_previews
         self._handover = handover
         self._slots = slots
-        self._silent_ticks = 0
+        self._silent_ticks, self._answered_s = 0, monotonic()
         self._is_outage_logged = self._is_denial_logged = False
         super().__init__(*args, **options)
 
@@ -151,7 +155,7 @@ class OrderConsumer(Consumer):  # type: ignore[misc]  # Celery has no types
     def register_with_event_loop(self, hub: Any) -> None:
         """Begin to watch the polls of a new connection."""
         super().register_with_event_loop(hub)
-        self._silent_ticks = 0
+        self._silent_ticks, self._answered_s = 0, monotonic()
         channel = self.task_consumer.channel
         channel.handlers["BRPOP"] = self._recorded(channel.handlers["BRPOP"])
         channel.qos.can_consume = self._with_free_slot(channel.qos.can_consume)
@@ -193,7 +197,7 @@ class OrderConsumer(Consumer):  # type: ignore[misc]  # Celery has no types
         return read_and_record
 
     def _record_poll(self) -> None:
-        self._silent_ticks = 0
+        self._silent_ticks, self._answered_s = 0, monotonic()
         self._liveness.record_poll()
 
     def _record_refusal(self, error: Exception, pause_s: float) -> None:
@@ -220,8 +224,8 @@ class OrderConsumer(Consumer):  # type: ignore[misc]  # Celery has no types
         self.pool.maintain_pool()  # Celery does it every 5 s, which delays the report of a lost attempt
         self._liveness.publish(holds=holds, closed=self._duty.closed, opens_s=self._duty.opens_s)
         self._look_after_previews(self._duty.closed is None)
-        if self._silent_ticks > SILENT_TICKS:
-            raise NotPolling(f"expected an answer of the broker within {SILENT_TICKS * TICK_S:g} s, got none")
+        if self._silent_ticks >= SILENT_TICKS and monotonic() - self._answered_s > SILENT_S:
+            raise NotPolling(f"expected an answer of the broker within {SILENT_S:g} s, got none")
 
     def _follow_directions(self, *, held: int) -> None:
         """Take orders from the queues that this worker shall take them from, and end if it has been drained."""

@@ -17,7 +17,7 @@ import pytest
 from numpy.typing import NDArray
 
 from lippmann.farm.supervisor.descendants import descendants
-from tests.farm import ended, until
+from tests.farm import ENDED, ended, until
 from tests.needs import needs_povray
 from tests.outages import (
     OutageFarm,
@@ -90,6 +90,9 @@ def go_through(
     outage.begin(farm)
     time.sleep(length_s)  # the length of the outage is what is tried
     outage.end(farm)
+    if busy and farm.client.job(job.id).status in ENDED:  # New connections worked, so nothing is left to take.
+        assert_each_frame_is_there_once(farm, farm.client.job(job.id), undisturbed)
+        busy = False
     if not busy:
         job = farm.client.submit(fish(frames))
     taken_s = farm.seconds_until_an_order_is_taken()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import signal
+from collections import deque
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import SimpleNamespace
@@ -21,7 +22,7 @@ from tests.broker import Broker
 from tests.builders_messages import SEALS
 from tests.builders_service import presence
 from tests.repository import ROOT
-from worker.consumer import OrderConsumer
+from worker.consumer import SILENT_S, NotPolling, OrderConsumer
 from worker.drain_signals import drain_by_signals
 from worker.duty import SETTLED_TICKS, Duty
 from worker.handover import Handover
@@ -69,6 +70,28 @@ def test_a_drained_worker_without_attempts_ends_while_the_broker_is_away() -> No
     tried = consumer(duty)
     with pytest.raises(WorkerShutdown):
         tried.ensure_connected(tried.app.connection_for_read())
+
+
+def test_a_silent_broker_is_noticed_by_time_though_each_tick_waits_for_it_and_a_stop_of_the_process_is_none(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    now_s = [100.0]
+    monkeypatch.setattr("worker.consumer.monotonic", lambda: now_s[0])
+    tried = consumer(Duty(presence()))
+    tried.pool = SimpleNamespace(num_processes=4, maintain_pool=lambda: None)
+
+    def wait(held: int) -> None:
+        now_s[0] += 5.0  # the time after which the question for the directions ends without an answer
+
+    now_s[0] += 600.0  # The process stood still.
+    monkeypatch.setattr(tried, "_follow_directions", lambda held: None)
+    tried._tick()
+    tried._record_poll()
+    monkeypatch.setattr(tried, "_follow_directions", wait)
+    silent_s = now_s[0]
+    with pytest.raises(NotPolling, match="within 10 s"):
+        deque(iter(tried._tick, "never"))
+    assert now_s[0] - silent_s <= SILENT_S + 5.0
 
 
 def test_a_user_of_an_older_version_is_named_once_until_it_may_read_the_directions(
