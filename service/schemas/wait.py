@@ -49,7 +49,7 @@ WAITS = MappingProxyType(
         _C.FARM_FAULT: "The store, the database, the broker or every worker is at fault, so nothing is dispatched.",
         _C.BROKER_AWAY: "The broker does not answer, so nothing is dispatched.",
         _C.NO_WORKER: "No worker is online.",
-        _C.NO_FITTING_WORKER: "No worker that is online has the pool, the tags, the memory or the engine that the job needs.",
+        _C.NO_FITTING_WORKER: "No worker that is online has the pool, the tags, the memory or the engine for it.",
         _C.WORKERS_CLOSED: "Every worker that may do it is drained, outside its hours, or of another version.",
         _C.NOT_CLAIMING: "Every worker that is online takes no orders although it has a free slot.",
         _C.EARLIER_STAGE: "It needs tasks that are not done.",
