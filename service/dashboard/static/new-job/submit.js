@@ -61,7 +61,7 @@ export function Submit() {
           ? html`
             ${
               fresh &&
-              html`<p class="kept">This is the form as you left it.
+              html`<p>This is the form as you left it.
                 ${" "}<button class="plain" onClick=${beginAgain}>Begin again</button></p>`
             }
             <${Form} ...${{ schema, scenes, job, setJob: setAndKeep }} />
