@@ -11,7 +11,7 @@ from pathlib import Path
 
 from lippmann.client import Client
 from tests.broker import Broker, free_port
-from tests.farm import LIPPMANN
+from tests.farm import LIPPMANN, admin_key, wait_for_slots
 from tests.object_store import ObjectStore
 from tests.postgresql import new_database
 from tests.waiting import ENOUGH_S, until
@@ -62,14 +62,15 @@ def cluster_up(folder: Path, *, postgresql: str, objects: ObjectStore) -> Iterat
             return process
 
         start("service", "serve", "--port", str(port), "--key-file", str(key_file), **own)
-        until(lambda: key_file.exists() and key_file.read_text().strip() and order_key.exists())
+        key = admin_key(key_file)
+        until(order_key.exists)
         names = [f"worker{number}" for number in range(WORKERS)]
         workers = [
             start(name, "worker", "--slots", "1", LIPPMANN_WORKER_NAME=name, LIPPMANN_DATA_DIR=str(folder / name))
             for name in names
         ]
-        with Client(f"http://127.0.0.1:{port}", key_file.read_text().strip(), patience_s=ENOUGH_S) as client:
-            until(lambda: client.health().slots == WORKERS, every_s=0.1)
+        with Client(f"http://127.0.0.1:{port}", key, patience_s=ENOUGH_S) as client:
+            wait_for_slots(client, WORKERS)
             yield Cluster(folder, client, {**shared, **own}, workers)
 
 

@@ -18,6 +18,7 @@ from lippmann.client.address import read_farm_file
 from lippmann.farm.supervisor.descendants import descendants
 from service.schemas.job import Job
 from tests.waiting import ENOUGH_S
+from tests.waiting import until as until_yes
 
 LIPPMANN = str(Path(sysconfig.get_path("scripts")) / "lippmann")
 
@@ -91,3 +92,13 @@ def _parent(pid: int) -> int:
         return int(Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[1])
     except OSError:
         return 0
+
+
+def wait_for_slots(client: Client, slots: int) -> None:
+    """Wait until the workers of the farm have this many slots together."""
+    until_yes(lambda: client.health().slots == slots, every_s=0.1)
+
+
+def admin_key(key_file: Path) -> str:
+    """Return the key of the first admin once the service has written its file."""
+    return str(until_yes(lambda: key_file.exists() and key_file.read_text().strip()))

@@ -26,7 +26,7 @@ from lippmann.plan import artifact_names as names
 from service.schemas.job import Job
 from tests.broker import Broker
 from tests.builders import small_job
-from tests.farm import LIPPMANN, farm_up
+from tests.farm import LIPPMANN, admin_key, farm_up, wait_for_slots
 from tests.tcp_proxy import TcpProxy, tcp_proxy
 from tests.waiting import ENOUGH_S, until
 from tests.without_farm import masters_without_farm
@@ -79,12 +79,12 @@ def separate_farm(folder: Path, *, slots: int = 2, env: Mapping[str, str] | None
         service = stack.enter_context(_process(serve, env=told, stdout=subprocess.PIPE, text=True))
         assert service.stdout is not None
         address = json.loads(service.stdout.readline())["url"]
-        until(lambda: key_file.exists() and key_file.read_text().strip())
+        key = admin_key(key_file)
         output = stack.enter_context(log.open("wb"))
         command = [LIPPMANN, "worker", "--slots", str(slots)]
         worker = stack.enter_context(_process(command, env=told, stdout=output, stderr=subprocess.STDOUT))
-        client = stack.enter_context(Client(address, key_file.read_text().strip(), patience_s=ENOUGH_S))
-        until(lambda: client.health().slots == slots, every_s=0.1)
+        client = stack.enter_context(Client(address, key, patience_s=ENOUGH_S))
+        wait_for_slots(client, slots)
         yield OutageFarm(client, data_dir, proxy, broker.client, log, lambda: worker.pid, broker)
 
 
@@ -94,7 +94,7 @@ def one_machine_farm(folder: Path, *, slots: int = 2, env: Mapping[str, str] | N
     data_dir = folder / "data"
     with ExitStack() as stack:
         farm = stack.enter_context(farm_up(data_dir, slots=slots, env=env))
-        until(lambda: farm.client.health().slots == slots, every_s=0.1)
+        wait_for_slots(farm.client, slots)
         socket = socket_path(data_dir / "broker")
         moved = socket.with_name("moved.sock")
         socket.rename(moved)

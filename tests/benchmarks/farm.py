@@ -13,8 +13,7 @@ from lippmann.job.spec import JobSpec, parse_spec
 from lippmann.plan import artifact_names as names
 from povtemplates.catalogue import INCLUDE_FOLDER, scene_folders
 from service.schemas.job import Job
-from tests.farm import Farm, ended, farm_up
-from tests.waiting import until
+from tests.farm import Farm, ended, farm_up, wait_for_slots
 
 SLOTS = 2
 ROUNDS = 2
@@ -68,7 +67,7 @@ def still_ratio(folder: Path) -> str:
 def _wall_ratio(folder: Path, work: Work) -> str:
     farm_s, plain_s = [], []
     with farm_up(folder / "data", slots=SLOTS) as farm:
-        until(lambda: farm.client.health().slots == SLOTS, every_s=0.1)
+        wait_for_slots(farm.client, SLOTS)
         for number in range(ROUNDS):
             started_s = time.monotonic()
             # Followed as `submit --watch` does it: who asks ten times a second takes a tenth of a core.

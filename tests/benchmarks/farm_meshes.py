@@ -14,8 +14,7 @@ from lippmann.untrusted.toml_text import read_toml
 from povtemplates.catalogue import MANIFEST
 from tests.benchmarks.engines import SCENE, serve
 from tests.benchmarks.farm import SLOTS
-from tests.farm import farm_up
-from tests.waiting import until
+from tests.farm import farm_up, wait_for_slots
 from worker.engines.mitsuba.inside.messages import Request
 
 ROUNDS = 2
@@ -30,7 +29,7 @@ def video_ratio(folder: Path) -> str:
     """
     spec, farm_s, loop_s, ratios = parse_spec(JOB), [], [], []
     with farm_up(folder / "data", slots=SLOTS, env={"LIPPMANN_MITSUBA": "auto"}) as farm:
-        until(lambda: farm.client.health().slots == SLOTS, every_s=0.1)
+        wait_for_slots(farm.client, SLOTS)
         for number in range(ROUNDS):
             started_s = time.monotonic()
             *_, job = farm.client.follow(farm.client.submit(spec).id)

@@ -25,7 +25,7 @@ from lippmann.job.spec import parse_spec
 from tests.benchmarks.command import cpu_s, pss_mb
 from tests.broker import Broker
 from tests.builders_messages import seals_in
-from tests.farm import LIPPMANN
+from tests.farm import LIPPMANN, admin_key
 from tests.integration.service.conftest import FakeWorker, at_once
 from tests.waiting import ENOUGH_S, until
 
@@ -92,8 +92,7 @@ def running_service(folder: Path, answer: Callable[[Order], list[Event]] | None 
         stack.callback(process.terminate)
         assert process.stdout is not None
         started = json.loads(process.stdout.readline())
-        until(lambda: key_file.exists() and key_file.read_text().strip())
-        key = key_file.read_text().strip()
+        key = admin_key(key_file)
         worker = FakeWorker(broker, seals_in(data_dir), answer or paced)
         stack.callback(worker.stop)
         client = stack.enter_context(Client(started["url"], key, patience_s=ENOUGH_S))

@@ -22,8 +22,7 @@ from service.schemas.job import JobSort
 from tests.benchmarks.command import cpu_s
 from tests.broker import Broker
 from tests.builders_service import Farm
-from tests.farm import LIPPMANN
-from tests.waiting import until
+from tests.farm import LIPPMANN, admin_key
 
 JOBS = 10_000
 FRAMES = "1-33"
@@ -94,7 +93,7 @@ def _service(folder: Path, large: str) -> Iterator[Answered]:
         try:
             assert process.stdout is not None
             started = json.loads(process.stdout.readline())
-            until(lambda: key_file.exists() and key_file.read_text().strip())
+            key = admin_key(key_file)
             paths = {
                 "jobs": "/jobs",
                 "done jobs": "/jobs?status=done",
@@ -110,7 +109,7 @@ def _service(folder: Path, large: str) -> Iterator[Answered]:
                 "frames": f"/jobs/{large}/frames",
                 "frames, half-way": f"/jobs/{large}/frames?cursor=2000",
             }
-            yield Answered(started["url"], key_file.read_text().strip(), started["pid"], paths)
+            yield Answered(started["url"], key, started["pid"], paths)
         finally:
             process.terminate()
             broker.kill()

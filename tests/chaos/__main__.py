@@ -42,7 +42,11 @@ def main() -> int:
         "--until", type=int, help="try each kind until the results in the folder have this many trials of it"
     )
     parser.add_argument(
-        "--part", default="1/1", help="take every Nth of those trials, from the Kth on [default: 1/1]", metavar="K/N"
+        "--part",
+        type=_part,
+        default=(1, 1),
+        help="take every Nth of those trials, from the Kth on [default: 1/1]",
+        metavar="K/N",
     )
     parser.add_argument("--out", type=Path, default=Path("out/chaos"), help="the folder of the results")
     parser.add_argument(
@@ -64,10 +68,17 @@ def main() -> int:
         kinds = [kind for kind in kinds if kind not in in_namespaces]
     out = options.out.resolve()
     if options.until is not None:
-        first, step = map(int, options.part.split("/"))
+        first, step = options.part
         return _try(islice(_missing(kinds, options.until, out), first - 1, None, step), out)
     seeds = range(options.seed, options.seed + options.runs)
     return _try(((kind, seed) for seed in seeds for kind in kinds), out)
+
+
+def _part(text: str) -> tuple[int, int]:
+    first, slash, step = text.partition("/")
+    if not (slash and first.isdecimal() and step.isdecimal() and 1 <= int(first) <= int(step)):
+        raise argparse.ArgumentTypeError(f"expected K/N with 1 <= K <= N, got {text!r}")
+    return int(first), int(step)
 
 
 def _missing(kinds: Sequence[Kind], until: int, out: Path) -> Iterator[tuple[Kind, int]]:

@@ -20,10 +20,10 @@ from typing import Any
 from lippmann.client import Client
 from lippmann.farm.supervisor.descendants import descendants, kill
 from tests.broker import Broker, free_port
-from tests.farm import LIPPMANN
+from tests.farm import LIPPMANN, admin_key, wait_for_slots
 from tests.network_host import NetworkHost, network_host
 from tests.tcp_proxy import TcpProxy, tcp_proxy
-from tests.waiting import ENOUGH_S, until
+from tests.waiting import ENOUGH_S
 from worker.engines.mitsuba.session import PROGRAM
 
 WORKERS = 2
@@ -167,15 +167,15 @@ def separate_parts(
             return made
 
         service = part("service", "serve", "--port", str(port), "--key-file", str(key_file))
-        until(lambda: key_file.exists() and key_file.read_text().strip())
+        key = admin_key(key_file)
         places: Sequence[NetworkHost | None] = networks or [None] * WORKERS
         workers = tuple(
             part(f"worker{n}", "worker", "--slots", "1", network=place, LIPPMANN_WORKER_NAME=f"worker{n}", **more)
             for n, (place, more) in enumerate(zip(places, of_workers, strict=True))
         )
-        url, key = f"http://127.0.0.1:{port}", key_file.read_text().strip()
+        url = f"http://127.0.0.1:{port}"
         with Client(url, key, patience_s=ENOUGH_S) as client:
-            until(lambda: client.health().slots == WORKERS, every_s=0.1)
+            wait_for_slots(client, WORKERS)
             yield Parts(folder, broker, service, workers, client)
 
 

@@ -14,7 +14,7 @@ from pathlib import Path
 from lippmann.client import Client
 from tests.broker import Broker, free_port
 from tests.chaos.parts import Part, Parts, end
-from tests.farm import LIPPMANN
+from tests.farm import LIPPMANN, admin_key, wait_for_slots
 from tests.network_host import NetworkHost, network_hosts
 from tests.object_store import running_object_store
 from tests.postgresql import new_database, running_postgresql
@@ -69,10 +69,11 @@ def seven_hosts(folder: Path, *, env: Mapping[str, str] | None = None) -> Iterat
         address = hosts["service"].address
         serve = ("serve", "--host", address, "--port", str(port), "--key-file", str(key_file))
         service = part("service", *serve, LIPPMANN_DATABASE_URL=database)
-        until(lambda: key_file.exists() and key_file.read_text().strip() and order_key.exists())
+        key = admin_key(key_file)
+        until(order_key.exists)
         workers = tuple(part(name, "worker", "--slots", "1", LIPPMANN_WORKER_NAME=name) for name in WORKERS)
-        with Client(f"http://{address}:{port}", key_file.read_text().strip(), patience_s=ENOUGH_S) as client:
-            until(lambda: client.health().slots == len(WORKERS), every_s=0.1)
+        with Client(f"http://{address}:{port}", key, patience_s=ENOUGH_S) as client:
+            wait_for_slots(client, len(WORKERS))
             for host in hosts.values():  # Before anything ends, it can reach the others.
                 stack.callback(host.pass_on)
             yield SevenHosts(folder, broker, service, workers, client, hosts)

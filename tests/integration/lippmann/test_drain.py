@@ -16,7 +16,7 @@ from lippmann.client.errors import Refused
 from service.schemas.job import Job
 from tests.broker import Broker, free_port
 from tests.builders import small_job
-from tests.farm import LIPPMANN, ended
+from tests.farm import LIPPMANN, admin_key, ended, wait_for_slots
 from tests.integration.lippmann.conftest import run
 from tests.needs import needs_povray
 from tests.waiting import ENOUGH_S, until
@@ -62,14 +62,15 @@ def farm(tmp_path_factory: pytest.TempPathFactory) -> Iterator[TwoWorkers]:
             return process
 
         start("serve", "--port", str(port), "--key-file", str(key_file))
-        until(lambda: key_file.exists() and key_file.read_text().strip() and (folder / "data/order.key").exists())
+        key = admin_key(key_file)
+        until((folder / "data/order.key").exists)
         plain = start("worker", "--slots", "1", LIPPMANN_WORKER_NAME="plain")
         tagged = start(
             "worker", "--slots", "1", "--tag", "gpu", LIPPMANN_WORKER_NAME="tagged", LIPPMANN_DRAIN_S="600"
         )  # fmt: skip
-        url, key = f"http://127.0.0.1:{port}", key_file.read_text().strip()
+        url = f"http://127.0.0.1:{port}"
         with Client(url, key, patience_s=ENOUGH_S) as client:
-            until(lambda: client.health().slots == 2, every_s=0.1)
+            wait_for_slots(client, 2)
             yield TwoWorkers(client, {"LIPPMANN_URL": url, "LIPPMANN_KEY": key}, plain, tagged)
 
 

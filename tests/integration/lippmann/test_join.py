@@ -22,7 +22,7 @@ from lippmann.plan import artifact_names as names
 from tests.authority import Authority
 from tests.broker import Broker, free_port
 from tests.builders import local_place, order_of, small_job, stored_job, stored_picture, tiles_of
-from tests.farm import LIPPMANN, ended
+from tests.farm import LIPPMANN, admin_key, ended, wait_for_slots
 from tests.object_store import ObjectStore, running_object_store
 from tests.tcp_proxy import tcp_proxy
 from tests.waiting import ENOUGH_S, halt
@@ -110,8 +110,8 @@ def farm(tmp_path_factory: pytest.TempPathFactory, objects: ObjectStore) -> Iter
                 env=environment, stdout=log, stderr=subprocess.STDOUT,
             )  # fmt: skip
         stack.callback(_end, service)
-        soon(lambda: key_file.exists() and key_file.read_text().strip())
-        key, url = key_file.read_text().strip(), f"http://127.0.0.1:{port}"
+        key = admin_key(key_file)
+        url = f"http://127.0.0.1:{port}"
         with Client(url, key, patience_s=ENOUGH_S) as client:
             client.health()
             yield JoinableFarm(folder, client, environment | {"LIPPMANN_URL": url, "LIPPMANN_KEY": key}, stack)
@@ -151,7 +151,7 @@ def test_a_machine_joins_by_a_file_and_the_farm_goes_on_when_its_key_is_revoked_
     made = farm.client.create_worker_key("shared user", broker_user="given")
     write_join_file(farm.file("one"), made.join)
     one = farm.join("one")
-    soon(lambda: farm.client.health().slots == 1)
+    wait_for_slots(farm.client, 1)
     spec = small_job("fish", count=(48, 36), frames="1-2")
     job = farm.client.submit(spec.model_dump(mode="json"))
     soon(lambda: done_renders(farm, job.id) is not None and halt_povray(one))

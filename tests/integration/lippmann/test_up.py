@@ -17,6 +17,7 @@ import pytest
 
 from lippmann.farm.supervisor.broker import socket_path
 from lippmann.farm.supervisor.descendants import descendants
+from tests.farm import wait_for_slots
 from tests.integration.lippmann.conftest import LIPPMANN, Up, alive, born, lippmann_up, run
 from tests.needs import needs_povray
 from tests.waiting import ENOUGH_S, halt, until
@@ -36,7 +37,7 @@ def test_it_answers_says_where_it_is_and_leaves_nothing_after_ctrl_c(tmp_path: P
         assert up.said.keys() == {"url", "login_url", "data_dir", "pid"}
         assert httpx.get(f"{up.said['url']}/api/v1/health").json()["database"]["ok"]
         with up.client() as client:
-            until(lambda: client.health().slots == 2, every_s=0.1)
+            wait_for_slots(client, 2)
         login = httpx.get(up.said["login_url"])
         assert (login.status_code, "lippmann_session" in login.cookies) == (303, True)
         processes = set(up.below())
@@ -88,7 +89,7 @@ def test_a_second_ctrl_c_ends_everything_at_once(tmp_path: Path) -> None:
     told = tmp_path / "told"
     with lippmann_up(tmp_path, through=["sh", "-c", 'exec "$@" 2>"$0"', str(told)]) as up:
         with up.client() as client:
-            until(lambda: client.health().slots == 2, every_s=0.1)
+            wait_for_slots(client, 2)
         processes = set(up.below())
         worker = up.one("lippmann.cli.main worker")
         halt(worker)  # it will not hear that it should end
@@ -102,7 +103,7 @@ def test_a_second_ctrl_c_ends_everything_at_once(tmp_path: Path) -> None:
 
 def test_what_dies_is_started_again_at_the_same_address_with_the_same_key(tmp_path: Path) -> None:
     with lippmann_up(tmp_path) as up, up.client(patience_s=30) as client:
-        until(lambda: client.health().slots == 2, every_s=0.1)
+        wait_for_slots(client, 2)
         for words in ("lippmann.cli.main serve", "valkey-server", "lippmann.cli.main worker"):
             old = up.one(words)
             os.kill(old, signal.SIGKILL)

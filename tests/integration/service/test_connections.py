@@ -21,7 +21,7 @@ from service.connections import HEAD_BYTES
 from service.schemas.access import Role
 from tests.broker import Broker
 from tests.builders_service import SPEC
-from tests.farm import LIPPMANN
+from tests.farm import LIPPMANN, admin_key
 from tests.integration.service.conftest import Service
 from tests.minutes import stop_minutes
 from tests.waiting import ENOUGH_S, until
@@ -56,8 +56,8 @@ def small_server(tmp_path: Path, broker: Broker) -> Iterator[tuple[str, str]]:
     try:
         assert process.stdout is not None
         url = json.loads(process.stdout.readline())["url"]
-        until(lambda: key_file.exists() and key_file.read_text().strip())
-        yield url, key_file.read_text().strip()
+        key = admin_key(key_file)
+        yield url, key
         assert process.poll() is None
     finally:
         process.terminate()
