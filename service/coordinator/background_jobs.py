@@ -5,7 +5,7 @@ A background job that fails is logged and tried again after a growing pause. Oth
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import structlog
@@ -28,8 +28,10 @@ from service.settings import Settings
 
 FIRST_PAUSE_S = 1.0
 LONGEST_PAUSE_S = 60.0
-KINDS = frozenset({BackgroundJob.PLAN, BackgroundJob.CANCEL, BackgroundJob.RETRY, BackgroundJob.REMOVE})
-"""The background jobs of the scheduler's thread; those that read whole artifacts have a thread of their own."""
+ON_ROWS = frozenset({BackgroundJob.PLAN, BackgroundJob.CANCEL, BackgroundJob.RETRY})
+"""The background jobs of the scheduler's thread, which takes a moment for a chunk of them."""
+ON_ARTIFACTS = frozenset({BackgroundJob.REMOVE})
+"""Those that delete all artifacts of a job. See `service.coordinator.artifact_repairer` for those that read artifacts."""
 UNPLANNABLE = "unplannable"
 
 log = structlog.get_logger("service.background_jobs")
@@ -49,16 +51,20 @@ class Backoff:
 
 
 class BackgroundJobs:
-    """Runs the background jobs of all jobs."""
+    """Runs the background jobs of some kinds, for all jobs."""
 
-    def __init__(self, database: Database, store: ArtifactStore, settings: Settings) -> None:
+    def __init__(
+        self, database: Database, store: ArtifactStore, settings: Settings,
+        *, kinds: Collection[BackgroundJob] = ON_ROWS | ON_ARTIFACTS,
+    ) -> None:  # fmt: skip
         self._database = database
         self._store = store
         self._settings = settings
+        self._kinds = kinds
         self._planner = Planner(database, store, settings)
         self._backoffs: dict[str, Backoff] = {}
 
-    def run_round(self, *, slots: int, workers: int = 0, fleet: Sequence[Presence] = (), now_s: float) -> bool:
+    def run_round(self, *, slots: int = 0, workers: int = 0, fleet: Sequence[Presence] = (), now_s: float) -> bool:
         """Run one chunk of every background job; return whether there is more that is not paused.
 
         Parameters
@@ -67,7 +73,7 @@ class BackgroundJobs:
             The workers for which jobs are planned; see `service.jobs.planner.Capacity`.
         """
         with self._database.reading() as session:
-            pending = job_rows.background_jobs(session, KINDS)
+            pending = job_rows.background_jobs(session, self._kinds)
         self._backoffs = {job_id: self._backoffs[job_id] for job_id, _ in pending if job_id in self._backoffs}
         more = False
         for job_id, kind in pending:

@@ -1,7 +1,7 @@
 """The threads of the coordinator.
 
-They are leader election, event consumer, scheduler, fault monitor, loss monitor, reconciler, artifact repairer, orphan
-sweeper, cache collector and webhook sender.
+They are leader election, event consumer, scheduler, fault monitor, loss monitor, reconciler, artifact repairer, job
+remover, orphan sweeper, cache collector and webhook sender.
 
 Each thread is a loop of short rounds. A round that fails is logged, and the next one follows. An unavailable broker or
 a slow disk delays no request, since no request waits for the coordinator.
@@ -26,7 +26,7 @@ from lippmann.plan.artifact_store import ArtifactStore
 from service.broker_stream import Entry, Stream, attempt_of
 from service.claiming import ClaimWatches, is_able
 from service.coordinator.artifact_repairer import ArtifactRepairer
-from service.coordinator.background_jobs import BackgroundJobs
+from service.coordinator.background_jobs import ON_ARTIFACTS, ON_ROWS, BackgroundJobs
 from service.coordinator.bundle_collector import BundleCollector
 from service.coordinator.cache_collector import collect_cache, drop_cache
 from service.coordinator.directions import DirectionsPublisher
@@ -84,6 +84,7 @@ FAULT_S = 1.0
 SWEEP_S = 3600.0
 COLLECT_S = 300.0
 REPAIR_S = 1.0
+REMOVE_S = 1.0
 WEBHOOK_S = 1.0
 SCHEDULER = "scheduler"
 
@@ -125,7 +126,8 @@ class Coordinator:
         self.fault_monitor = FaultMonitor(database, self._stream, store_check, settings)
         self._repairer = ArtifactRepairer(database, store, settings)
         self._bundles = BundleCollector(database, store)
-        self._background_jobs = BackgroundJobs(database, store, settings)
+        self._background_jobs = BackgroundJobs(database, store, settings, kinds=ON_ROWS)
+        self._removals = BackgroundJobs(database, store, settings, kinds=ON_ARTIFACTS)
         self._workers: tuple[Presence, ...] = ()
         self._workers_s = float("-inf")
         self._steady = steady
@@ -138,7 +140,7 @@ class Coordinator:
         """The attempt of the order that is first in each queue, by the requirement of its jobs."""
         self._liveness = Liveness(silence_s=settings.lease_ttl_s, clock=clock, steady=steady)
         self._loss_monitor = LossMonitor(database, self._stream, self._reconciler, self._liveness, settings)
-        self._checkpoint_s = clock()
+        self._checkpoint_s = steady()
         self._dropped: Counter[str] = Counter()
         self._stopping = threading.Event()
         self._threads: list[threading.Thread] = []
@@ -155,6 +157,7 @@ class Coordinator:
             "orphan-sweeper": (self.sweep_round, SWEEP_S),
             "cache-collector": (self.collect_round, COLLECT_S),
             "artifact-repairer": (self.repair_round, REPAIR_S),
+            "job-remover": (self.remove_round, REMOVE_S),
             "webhook-sender": (self.webhook_round, WEBHOOK_S),
         }
         for name, (run, pause_s) in loops.items():
@@ -282,8 +285,8 @@ class Coordinator:
         is_live = self._liveness.live_s() is not None
         view = FarmView(now_s=now_s, slots=self._slots(), is_live=is_live, workers=self._claiming())
         self._reconciler.run(view)
-        if self._clock() - self._checkpoint_s > CHECKPOINT_S:
-            self._checkpoint_s = self._clock()
+        if self._steady() - self._checkpoint_s > CHECKPOINT_S:
+            self._checkpoint_s = self._steady()
             self._database.checkpoint()
         with suppress(BrokerUnavailable):
             self._broker_users.reconcile(self._database, now_s=now_s)
@@ -307,6 +310,12 @@ class Coordinator:
             if not self._repairer.run_round(now_s=self._clock()):
                 return
             self._wakeup.notify()
+
+    def remove_round(self) -> None:
+        """Remove jobs with their artifacts; it has its own thread, since a bucket takes minutes for a large job."""
+        while self.election.is_leader and not self._stopping.is_set():
+            if not self._removals.run_round(now_s=self._clock()):
+                return
 
     def sweep_round(self) -> None:
         """Delete the artifacts of removed jobs; it has its own thread, since a large store takes time."""
@@ -335,7 +344,7 @@ class Coordinator:
         return tuple(worker for worker in self._workers if worker.name not in self._not_claiming)
 
     def _present(self) -> tuple[Presence, ...]:
-        if self._clock() - self._workers_s > PRESENCE_S:
+        if self._steady() - self._workers_s > PRESENCE_S:
             try:
                 self._workers = self._stream.presences()
                 self._signal_refused_keys()
@@ -343,7 +352,7 @@ class Coordinator:
             except BrokerUnavailable:
                 self._claim_watches.reset()
                 raise
-            self._workers_s = self._clock()
+            self._workers_s = self._steady()
         return self._workers
 
     def _signal_refused_keys(self) -> None:

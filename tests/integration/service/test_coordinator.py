@@ -197,25 +197,37 @@ def test_a_new_leader_counts_the_slots_before_it_plans(rounds: Rounds, broker: B
     assert plan["tile_rows"] == 10, "tiles of 5 s; a single slot would get two tiles"
 
 
-def test_a_job_whose_folder_cannot_be_removed_keeps_no_order_from_going_out(
+def test_a_job_whose_artifacts_take_long_to_remove_keeps_no_order_from_going_out(
     rounds: Rounds, broker: Broker, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     put_presence(broker.client, presence("w1"), rounds.seals)
     farm = rounds.farm
-    stuck = farm.planned()
+    large = farm.planned()
     farm.work()
-    assert farm.job(stuck).status is JobStatus.DONE
+    assert farm.job(large).status is JobStatus.DONE
     with farm.writing() as session:
-        remove_job(session, stuck)
+        remove_job(session, large)
+    dispatched = []
 
-    def refuse(name: str) -> None:
-        raise PermissionError(name)
+    def delete_slowly(name: str) -> None:
+        rounds.coordinator.schedule_round()  # as the thread of the scheduler does meanwhile
+        dispatched.append(farm.job(job_id).dispatched)
 
-    monkeypatch.setattr(farm.store, "delete", refuse)
+    monkeypatch.setattr(farm.store, "delete", delete_slowly)
     job_id = farm.submit()
-    rounds.coordinator.schedule_round()
-    assert farm.job(job_id).dispatched == 1
+    rounds.coordinator.remove_round()
+    assert set(dispatched) == {1}
     assert farm.tasks(job_id)[0].kind is TaskKind.PROBE
+    with farm.database.reading() as session:
+        assert session.get(Job, large) is None
+
+
+def test_a_clock_that_is_set_back_hides_no_worker(rounds: Rounds, broker: Broker) -> None:
+    put_presence(broker.client, presence("w1"), rounds.seals)
+    job_id = rounds.farm.submit()
+    rounds.farm.now_s -= 3600
+    rounds.coordinator.schedule_round()
+    assert rounds.farm.job(job_id).dispatched == 1
 
 
 def _dump(rounds: Rounds) -> list[str]:
