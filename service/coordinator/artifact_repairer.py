@@ -6,7 +6,7 @@ could not read an artifact, and `verify`, when a user asks for everything. Meanw
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import structlog
 from sqlalchemy.exc import OperationalError
@@ -21,8 +21,7 @@ from service.db import tasks as task_rows
 from service.db.engine import Database
 from service.db.tables import BackgroundJob, Job, Task
 from service.errors import NotLeading
-from service.ids import task_id
-from service.jobs.artifact_repair import CODES, REPAIRS_ALLOWED, damage_found_by, take_back
+from service.jobs.artifact_repair import CODES, REPAIRS_ALLOWED, damage_found_by, take_back_in_chunks
 from service.jobs.completion import settle
 from service.jobs.state_machine import set_job, write_drafts
 from service.jobs.task_draft import TaskDraft
@@ -70,13 +69,13 @@ class ArtifactRepairer:
         if row is None:
             return
         found = list(verify_tasks(self._store, row.parsed_spec, page))
+        if found:
+            log.info("damaged artifacts are made again", job=job_id, count=len(found), first=found[0].message)
+            self._take_back(job_id, found, during=BackgroundJob.VERIFY, by_itself=False)
         with self._database.writing() as session:
             row = session.get(Job, job_id)
             if row is None or row.background_job is not BackgroundJob.VERIFY:
                 return
-            if found:
-                log.info("damaged artifacts are made again", job=job_id, count=len(found), first=found[0].message)
-                take_back(session, self._store, job_id, found, by_itself=False)
             if not page:
                 set_job(session, row, background_job=BackgroundJob.RETRY)
         if page:
@@ -90,38 +89,54 @@ class ArtifactRepairer:
             return
         spec = row.parsed_spec
         found = {task.sequence: list(damage_found_by(self._database, self._store, spec, [task])) for task in failed}
+        twice = self._damaged_twice(job_id, found)
+        again = {each: None for sequence, each_found in found.items() if sequence not in twice for each in each_found}
+        if again:
+            log.info("damaged artifacts are made again", job=job_id, count=len(again), first=next(iter(again)).message)
+            self._take_back(job_id, list(again), during=BackgroundJob.REPAIR, by_itself=True)
         with self._database.writing() as session:
             row = session.get(Job, job_id)
             if row is None or row.background_job is not BackgroundJob.REPAIR:
                 return
             for task in failed:
-                self._repair(session, task, found[task.sequence], now_s)
+                self._repair(session, task, twice.get(task.sequence), now_s)
             if len(failed) < task_rows.FRAMES_A_PAGE:
                 set_job(session, row, background_job=None)
             settle(session, row, now_s=now_s, limit=self._settings.failure_limit)
 
-    def _repair(self, session: Session, seen: Task, found: Sequence[Finding], now_s: float) -> None:
-        """Make what a waiting task needs again, or fail the task if the farm has done so before."""
+    def _take_back(self, job_id: str, found: Sequence[Finding], *, during: BackgroundJob, by_itself: bool) -> None:
+        take_back_in_chunks(
+            self._database, self._store, job_id, found,
+            allowed=lambda row: row.background_job is during, by_itself=by_itself,
+        )  # fmt: skip
+
+    def _damaged_twice(self, job_id: str, found: Mapping[int, Sequence[Finding]]) -> dict[int, Finding]:
+        """Return, by the task that failed, the damage of what the farm has made again before."""
+        makers = {each.sequence for each_found in found.values() for each in each_found}
+        with self._database.reading() as session:
+            done = task_rows.numbered(session, job_id, makers, status=TaskStatus.DONE)
+        again = {maker.sequence for maker in done if maker.repairs >= REPAIRS_ALLOWED}
+        twice = {
+            sequence: next((each for each in each_found if each.sequence in again), None)
+            for sequence, each_found in found.items()
+        }
+        return {sequence: finding for sequence, finding in twice.items() if finding is not None}
+
+    def _repair(self, session: Session, seen: Task, twice: Finding | None, now_s: float) -> None:
+        """Let a waiting task go on once what it needs is made again, or fail it if the farm has done so before."""
         key = (seen.job_id, seen.sequence)
         state = task_sets.states(session, [key]).get(key)
         if state is None or (state.attempt, state.status) != (seen.attempt, TaskStatus.WAITING):
             return
         draft = TaskDraft(state)
-        done = task_rows.numbered(session, seen.job_id, {each.sequence for each in found}, status=TaskStatus.DONE)
-        again = {maker.sequence for maker in done if maker.repairs >= REPAIRS_ALLOWED}
-        twice = next((each for each in found if each.sequence in again), None)
         if twice is not None:
             message = f"{twice.message}; it was damaged before and made again, and is damaged again"
             error = {"error_code": ArtifactBroken.code, "error_message": message}
             draft.transition(TaskStatus.FAILED, permanent=True, ended_s=now_s, **error)
+        elif task_rows.is_waiting_rightly(session, *key):
+            draft.set(**NO_ERROR)
         else:
-            if done:
-                log.info("damaged artifacts are made again", job=seen.job_id, task=task_id(*key), why=found[0].message)
-                take_back(session, self._store, seen.job_id, found, by_itself=True)
-            if task_rows.is_waiting_rightly(session, *key):
-                draft.set(**NO_ERROR)
-            else:
-                self._count_failure(draft, now_s)
+            self._count_failure(draft, now_s)
         write_drafts(session, [draft], now_s=now_s)
 
     def _count_failure(self, draft: TaskDraft, now_s: float) -> None:

@@ -31,7 +31,7 @@ LONGEST_PAUSE_S = 60.0
 ON_ROWS = frozenset({BackgroundJob.PLAN, BackgroundJob.CANCEL, BackgroundJob.RETRY})
 """The background jobs of the scheduler's thread, which takes a moment for a chunk of them."""
 ON_ARTIFACTS = frozenset({BackgroundJob.REMOVE})
-"""Those that delete all artifacts of a job. See `service.coordinator.artifact_repairer` for those that read artifacts."""
+"""Those that delete all artifacts of a job; `service.coordinator.artifact_repairer` has those that read artifacts."""
 UNPLANNABLE = "unplannable"
 
 log = structlog.get_logger("service.background_jobs")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import fields
+from itertools import islice
 from typing import Any
 
 from sqlalchemy import ColumnElement, Select, and_, bindparam, func, or_, select
@@ -14,9 +15,12 @@ from lippmann.job.states import HELD_TASKS, SATISFIED_TASKS, JobStatus, PausedBy
 from service.db.jobs import WORKABLE
 from service.db.tables import Job, Task, WorkerFault
 from service.db.task_state import HeldAttempt
+from service.errors import StorageQuotaExceeded
 
 CHUNK = 1000
 """The largest number of rows that one transaction changes."""
+VALUES_AT_ONCE = 10_000
+"""The largest number of values in one condition. PostgreSQL takes at most 65,535 parameters in a statement."""
 FRAMES_A_PAGE = 100
 """Frames that artifact repair examines together."""
 # Statements that every round executes are made once.
@@ -158,10 +162,18 @@ def frames(
     return session.execute(query).all()
 
 
+def parts(values: Iterable[int]) -> Iterator[list[int]]:
+    """Divide any number of values into parts that a condition takes."""
+    rest = iter(values)
+    while part := list(islice(rest, VALUES_AT_ONCE)):
+        yield part
+
+
 def of_frames(session: Session, job_id: str, frames: Collection[int]) -> Sequence[Task]:
     """Return the tasks of some frames, in order."""
-    query = select(Task).where(Task.job_id == job_id, Task.frame.in_([*frames]))
-    return session.scalars(_fresh(query.order_by(Task.sequence))).all()
+    query = _fresh(select(Task).where(Task.job_id == job_id))
+    found = [task for part in parts(frames) for task in session.scalars(query.where(Task.frame.in_(part)))]
+    return sorted(found, key=lambda task: task.sequence)
 
 
 def failed_frames(session: Session, job_id: str) -> Sequence[int]:
@@ -191,9 +203,11 @@ def outputs(session: Session, job_id: str) -> Sequence[Task]:
 def prevented_workers(session: Session, *, now_s: float) -> Sequence[WorkerFault]:
     """Return the workers that jobs avoid now because something other than the task prevented the work there.
 
-    Jobs that a user paused are not among them.
+    Jobs that a user paused, and jobs beyond a quota, are not among them.
     """
-    may_work = or_(Job.status.in_(WORKABLE), and_(Job.status == JobStatus.PAUSED, Job.paused_by == PausedBy.FARM))
+    is_of_fault = Job.pause_code.is_distinct_from(StorageQuotaExceeded.code)
+    by_fault = and_(Job.status == JobStatus.PAUSED, Job.paused_by == PausedBy.FARM, is_of_fault)
+    may_work = or_(Job.status.in_(WORKABLE), by_fault)
     is_open = select(Job.id).where(Job.id == WorkerFault.job_id, may_work).exists()
     query = select(WorkerFault).where(WorkerFault.code.is_not(None), WorkerFault.avoided_until_s > now_s, is_open)
     return session.scalars(query.order_by(WorkerFault.job_id, WorkerFault.worker)).all()
@@ -274,8 +288,9 @@ def render_digests(
 
 def numbered(session: Session, job_id: str, sequences: Iterable[int], *, status: TaskStatus) -> Sequence[Task]:
     """Return the tasks with some sequence numbers that have a status."""
-    query = select(Task).where(Task.job_id == job_id, Task.status == status, Task.sequence.in_([*sequences]))
-    return session.scalars(_fresh(query.order_by(Task.sequence))).all()
+    query = _fresh(select(Task).where(Task.job_id == job_id, Task.status == status))
+    found = [task for part in parts(sequences) for task in session.scalars(query.where(Task.sequence.in_(part)))]
+    return sorted(found, key=lambda task: task.sequence)
 
 
 def done_among(session: Session, job_id: str, sequences: Iterable[int]) -> Sequence[Task]:

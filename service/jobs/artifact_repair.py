@@ -9,7 +9,8 @@ artifacts that the failures name (`repair_artifacts`).
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import time
+from collections.abc import Callable, Collection, Iterator, Sequence
 
 from sqlalchemy.orm import Session
 
@@ -34,7 +35,9 @@ CODES = frozenset({ArtifactMissing.code, ArtifactBroken.code})
 REPAIRS_ALLOWED = 1
 """The number of times that the farm makes the artifacts of one task again by itself."""
 CHUNK = 200
-"""The largest number of damaged artifacts that one transaction deletes."""
+"""The largest number of tasks that are verified before those with damaged artifacts are taken back."""
+DELETE_S = 1.0
+"""The time for which artifacts are deleted before their tasks are taken back."""
 REPAIRED_IN = frozenset({JobStatus.RUNNING, JobStatus.PAUSED, JobStatus.DONE})
 """The statuses of a job whose damaged artifacts are made again without an action of a user."""
 _RESET = {
@@ -53,27 +56,21 @@ _RESET = {
 
 def repair_artifacts(database: Database, store: ArtifactStore, job_id: str) -> int:
     """Take back the tasks of a retriable job whose artifacts its failures found damaged, and return their number."""
-    with database.reading() as session:
-        job = find_job(session, job_id)
-        if job.status not in RETRIABLE:
-            return 0
-        spec = job.parsed_spec
     count, after = 0, -1
     while True:
         with database.reading() as session:
+            job = find_job(session, job_id)
+            if job.status not in RETRIABLE:
+                return count
             failed = task_rows.unreadable(session, job_id, CODES, after=after)
         if not failed:
             return count
         after = failed[-1].sequence
-        found = list(dict.fromkeys(damage_found_by(database, store, spec, failed)))
-        for start in range(0, len(found), CHUNK):
-            with database.writing() as session:
-                row = session.get(Job, job_id)
-                # The status holds until this commits, so no attempt reads what is deleted; a concurrent retry comes
-                # first or afterwards.
-                if row is None or row.status not in RETRIABLE:
-                    return count
-                count += take_back(session, store, job_id, found[start : start + CHUNK], by_itself=False)
+        found = list(dict.fromkeys(damage_found_by(database, store, job.parsed_spec, failed)))
+        # A concurrent retry may come in between. An attempt of it that misses an artifact has it made again.
+        count += take_back_in_chunks(
+            database, store, job_id, found, allowed=lambda row: row.status in RETRIABLE, by_itself=False
+        )
 
 
 def repair_artifact(
@@ -106,7 +103,7 @@ def repair_artifact(
         return False
     with database.writing() as session:
         row = find_job(session, job_id)
-        if row.status not in REPAIRED_IN or row.background_job is not None:
+        if not _is_repaired(row):
             return row.background_job is not None
         if row.status is JobStatus.DONE:
             transition_job(session, row, JobStatus.RUNNING, ended_s=None)
@@ -126,16 +123,12 @@ def repair_tasks(database: Database, store: ArtifactStore, job_id: str, sequence
     """
     for start in range(0, len(sequences), CHUNK):
         with database.reading() as session:
-            spec = find_job(session, job_id).parsed_spec
-            tasks = task_rows.done_among(session, job_id, sequences[start : start + CHUNK])
-        found = list(verify_tasks(store, spec, tasks))
-        with database.writing() as session:
             row = find_job(session, job_id)
-            if row.status not in REPAIRED_IN or row.background_job is not None:
-                return
-            if found and row.status is JobStatus.DONE:
-                transition_job(session, row, JobStatus.RUNNING, ended_s=None)
-            take_back(session, store, job_id, found, by_itself=False)
+            tasks = task_rows.done_among(session, job_id, sequences[start : start + CHUNK])
+        if not _is_repaired(row):
+            return
+        found = list(verify_tasks(store, row.parsed_spec, tasks))
+        take_back_in_chunks(database, store, job_id, found, allowed=_is_repaired, by_itself=False)
 
 
 def damage_found_by(
@@ -159,18 +152,83 @@ def damage_found_by(
             yield from verify_tasks(store, spec, tiles)
 
 
+def take_back_in_chunks(
+    database: Database, store: ArtifactStore, job_id: str, found: Sequence[Finding],
+    *, allowed: Callable[[Job], bool], by_itself: bool,
+) -> int:  # fmt: skip
+    """Take back the done tasks of findings while the job allows it, and return their number; a done job runs again.
+
+    The artifacts of each chunk are deleted before its transaction. A bucket takes a while for each of them, and all
+    other writers of the farm would wait. A process that ends in between leaves done tasks whose artifacts are missing,
+    which is found as any damage is.
+
+    Parameters
+    ----------
+    allowed
+        Returns whether the job is still one whose tasks are taken back.
+    by_itself
+        See `take_back`.
+    """
+    with database.reading() as session:
+        names_of = _artifacts_to_delete(session, job_id, found)
+    count, gone = 0, list[int]()
+    if not names_of:
+        return count
+    while True:
+        # The first transaction takes nothing back: before anything is deleted, it shows that this process leads.
+        with database.writing() as session:
+            row = session.get(Job, job_id)
+            if row is None or not allowed(row):
+                return count
+            if gone and row.status is JobStatus.DONE:
+                transition_job(session, row, JobStatus.RUNNING, ended_s=None)
+            count += _reset(session, job_id, gone, by_itself=by_itself)
+        if not names_of:
+            return count
+        gone, end_s = [], time.monotonic() + DELETE_S
+        while names_of and (not gone or time.monotonic() < end_s):
+            sequence, artifacts = names_of.popitem()
+            _delete(store, job_id, artifacts)
+            gone.append(sequence)
+
+
 def take_back(session: Session, store: ArtifactStore, job_id: str, found: Sequence[Finding], *, by_itself: bool) -> int:
-    """Take back the done tasks of findings, their artifacts first, and let the tasks that need them wait.
+    """Take back the done tasks of a few findings, their artifacts first, and let the tasks that need them wait.
 
     Parameters
     ----------
     by_itself
         True if the farm repairs by itself, which it does `REPAIRS_ALLOWED` times a task; a user may do so at any time.
     """
+    names_of = _artifacts_to_delete(session, job_id, found)
+    for artifacts in names_of.values():
+        _delete(store, job_id, artifacts)
+    return _reset(session, job_id, list(names_of), by_itself=by_itself)
+
+
+def _artifacts_to_delete(session: Session, job_id: str, found: Sequence[Finding]) -> dict[int, set[str]]:
+    """Return what must go by the done task that made it: its damaged artifacts, and the one that says that it is done.
+
+    Without the latter, a worker makes all of them again.
+    """
     done = task_rows.numbered(session, job_id, {each.sequence for each in found}, status=TaskStatus.DONE)
-    markers = {task.sequence: task.artifact for task in done}
-    for name in {each.artifact for each in found if each.sequence in markers} | set(markers.values()):
+    names_of = {task.sequence: {task.artifact} for task in done}
+    for each in found:
+        if each.sequence in names_of:
+            names_of[each.sequence].add(each.artifact)
+    return names_of
+
+
+def _delete(store: ArtifactStore, job_id: str, artifacts: Collection[str]) -> None:
+    for name in sorted(artifacts):
         store.delete(names.job_artifact(job_id, name))
+
+
+def _reset(session: Session, job_id: str, sequences: Sequence[int], *, by_itself: bool) -> int:
+    """Let done tasks run again, and those that need them wait; return the number of tasks that were done."""
+    done = task_rows.numbered(session, job_id, sequences, status=TaskStatus.DONE)
+    if not done:
+        return 0
     # The CPU time was spent all the same. Pixels and wall time are subtracted together, since the estimate of the time
     # left divides one by the other.
     gains = {
@@ -182,12 +240,17 @@ def take_back(session: Session, store: ArtifactStore, job_id: str, found: Sequen
         "artifact_bytes": -sum(task.stored_bytes for task in done),
     }
     add_to_counters(session, {job_id: gains})
+    again = [task.sequence for task in done]
     repairs = Task.repairs + 1 if by_itself else 0
-    transition_tasks(session, job_id, markers, TaskStatus.DONE, TaskStatus.READY, **_RESET, repairs=repairs)
-    blocked = task_rows.blocked(session, job_id, {task.stage for task in done}, markers)
+    transition_tasks(session, job_id, again, TaskStatus.DONE, TaskStatus.READY, **_RESET, repairs=repairs)
+    blocked = task_rows.blocked(session, job_id, {task.stage for task in done}, again)
     transition_tasks(session, job_id, blocked, TaskStatus.READY, TaskStatus.WAITING)
     publish_frames(session, job_id, {task.frame for task in done if task.frame is not None})
     return len(done)
+
+
+def _is_repaired(row: Job) -> bool:
+    return row.status in REPAIRED_IN and row.background_job is None
 
 
 def find_maker(session: Session, job: Job, name: str) -> Task | None:

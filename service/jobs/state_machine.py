@@ -20,6 +20,7 @@ from service.db import attempts as attempt_rows
 from service.db import coordinator as coordinator_rows
 from service.db import jobs as job_rows
 from service.db import task_sets
+from service.db import tasks as task_rows
 from service.db.attempts import Ended
 from service.db.counters import add_to_counters
 from service.db.engine import changed
@@ -148,16 +149,10 @@ def transition_tasks(
 ) -> int:
     """Change the status of those tasks that are still `was`, and return their number."""
     check_transition(was, to)
-    wanted = list(sequences)
-    if not wanted:
-        return 0
-    statement = (
-        update(Task)
-        .where(Task.job_id == job_id, Task.sequence.in_(wanted), Task.status == was)
-        .values(status=to, **values)
-    )
-    count = changed(session, statement)
-    add_to_counters(session, {job_id: {was.value: -count, to.value: count}})
+    statement = update(Task).where(Task.job_id == job_id, Task.status == was).values(status=to, **values)
+    count = sum(changed(session, statement.where(Task.sequence.in_(part))) for part in task_rows.parts(sequences))
+    if count:
+        add_to_counters(session, {job_id: {was.value: -count, to.value: count}})
     return count
 
 

@@ -191,6 +191,8 @@ def retry(job_id: OwnJobId, state: AppStateDep, caller: SubmitterDep) -> Job:
     Skipped frames are rendered, and the outputs are made again with them; for this, a done job can be retried too.
     """
     limit = state.settings.failure_limit
+    with state.database.reading() as session:  # before anything is deleted
+        _check_reopening(session, job_id, Limits(state.settings, caller.limits))
     repair_artifacts(state.database, state.parts.store, job_id)
     remove_outputs_without_frames(state.database, state.parts.store, job_id)
     return _command(
@@ -245,6 +247,11 @@ _REOPENS = frozenset({AuditAction.RETRY_JOB, AuditAction.REPAIR_JOB, AuditAction
 """The actions that open a job which has ended, and so count against the quota of its owner."""
 
 
+def _check_reopening(session: Session, job_id: str, limits: Limits) -> None:
+    was = find_job(session, job_id)
+    check_quota(session, was.owner_id, frames=was.frames_total, limits=limits)
+
+
 def _command(
     state: AppState,
     caller: Caller,
@@ -258,8 +265,7 @@ def _command(
     def work(session: Session) -> Job:
         limits = Limits(state.settings, caller.limits)
         if action in _REOPENS:
-            was = find_job(session, job_id)
-            check_quota(session, was.owner_id, frames=was.frames_total, limits=limits)
+            _check_reopening(session, job_id, limits)
         if action is AuditAction.RESUME_JOB:
             check_storage(session, find_job(session, job_id).owner_id, limits=limits)
         row = run(session)

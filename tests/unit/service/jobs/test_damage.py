@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Callable
 
 import pytest
+from sqlalchemy import text
 
 from lippmann.digest import Digest, digest_of
 from lippmann.job.messages.events import Event
@@ -13,6 +14,8 @@ from lippmann.job.messages.orders import Order, TaskKind
 from lippmann.job.states import JobStatus, TaskStatus
 from lippmann.plan import artifact_names as names
 from service.db.counters import recount
+from service.jobs import artifact_repair
+from service.jobs.artifact_repair import repair_tasks
 from service.jobs.verification import Damage, examine, expected_artifacts, verify_job
 from tests.builders_service import Client, Farm, claimed, done, failed
 from tests.waiting import until
@@ -282,6 +285,52 @@ def test_repair_continues_a_cancelled_job_and_repairs_it(workers: Workers, job_i
 
 def test_repair_is_refused_while_a_job_runs(workers: Workers, job_id: str, api: Client) -> None:
     assert api.post(f"/api/v1/jobs/{job_id}/repair").status_code == 409
+
+
+def a_user_repairs(workers: Workers, api: Client, job_id: str) -> None:
+    workers.work()
+    for frame in (1, 2, 3):
+        damage(workers.farm, job_id, f"tiles/000{frame}/00-00.exr")
+    api.post(f"/api/v1/jobs/{job_id}/repair")
+
+
+def an_attempt_finds_it(workers: Workers, api: Client, job_id: str) -> None:
+    def lose_tiles() -> None:
+        for column in ("00", "01"):
+            damage(workers.farm, job_id, f"tiles/0002/{column}-00.exr", deleted)
+
+    once_before(workers, TaskKind.ASSEMBLE, lose_tiles)
+
+
+def the_doctor_repairs(workers: Workers, api: Client, job_id: str) -> None:
+    workers.work()
+    damage(workers.farm, job_id, TILE)
+    damage(workers.farm, job_id, MASTER)
+    repair_tasks(
+        workers.farm.database, workers.farm.store, job_id, [task.sequence for task in workers.farm.tasks(job_id)]
+    )
+
+
+@pytest.mark.parametrize("begin", [a_user_repairs, an_attempt_finds_it, the_doctor_repairs])
+def test_others_write_while_damaged_artifacts_are_deleted_from_a_slow_store(
+    workers: Workers, job_id: str, api: Client, monkeypatch: pytest.MonkeyPatch,
+    begin: Callable[[Workers, Client, str], None],
+) -> None:  # fmt: skip
+    farm, deleted = workers.farm, list[str]()
+    delete = farm.store.delete
+
+    def delete_while_others_write(name: str) -> None:
+        with farm.writing() as session:
+            session.execute(text("SELECT 1"))  # begins the transaction
+            delete(name)
+        deleted.append(name)
+
+    monkeypatch.setattr(farm.store, "delete", delete_while_others_write)
+    monkeypatch.setattr(artifact_repair, "DELETE_S", 0.0)  # so each task is taken back by a transaction of its own
+    begin(workers, api, job_id)
+    workers.work()
+    is_right(farm, job_id)
+    assert len(deleted) >= 2
 
 
 def url(job_id: str, name: str) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import pytest
@@ -89,6 +89,21 @@ def test_a_job_without_outputs_is_done_at_once_when_its_last_frame_is_skipped(ap
         api.post(f"/api/v1/jobs/{job_id}/retry")
         work_except(api_farm, frame=3)
     assert skip(api, job_id)["status"] == "done"
+
+
+def test_a_retry_beyond_a_quota_deletes_nothing(
+    make_farm: Callable[..., Farm], make_client: Callable[[Farm], Client]
+) -> None:
+    farm = make_farm(coordinator=False, redis_url="redis://127.0.0.1:1/0", max_open_jobs=1)
+    api, job_id = make_client(farm), farm.planned()
+    work_except(farm, frame=2)
+    skip(api, job_id)
+    work_except(farm, frame=0)
+    video = f"{job_id}/video/views.mp4"
+    farm.store.files[video] = b"without frame 2"
+    farm.submit()
+    assert api.post(f"/api/v1/jobs/{job_id}/retry").status_code == 429
+    assert (farm.job(job_id).status, farm.store.files[video]) == (JobStatus.DONE, b"without frame 2")
 
 
 def test_a_retry_brings_skipped_frames_back_and_makes_the_outputs_again(api: Client, api_farm: Farm) -> None:

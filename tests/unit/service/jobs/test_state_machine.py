@@ -9,10 +9,11 @@ from sqlalchemy import update
 
 from lippmann.job.states import JOB_ACTIONS, JOB_TRANSITIONS, TASK_TRANSITIONS, JobAction, JobStatus, TaskStatus
 from service.db import task_sets
+from service.db import tasks as task_rows
 from service.db.tables import Job, Task
 from service.db.task_sets import StaleRead
 from service.errors import TransitionNotAllowed
-from service.jobs.state_machine import find_job, transition_job, write_drafts
+from service.jobs.state_machine import find_job, transition_job, transition_tasks, write_drafts
 from service.jobs.task_draft import TaskDraft
 from tests.builders_service import T0, Client, Farm
 
@@ -96,3 +97,15 @@ def _act(api: Client, job_id: str, action: JobAction) -> Any:
         return api.patch(url, json={"priority": 7})
     body = {"frames": [2]} if action is JobAction.SKIP else None
     return api.post(f"{url}/{action}", json=body)
+
+
+def test_more_tasks_are_found_and_changed_at_once_than_a_statement_of_postgresql_takes_parameters(
+    api_farm: Farm,
+) -> None:
+    job_id = api_farm.planned()
+    many = range(70_000)
+    with api_farm.writing() as session:
+        ready = task_rows.numbered(session, job_id, many, status=TaskStatus.READY)
+        assert transition_tasks(session, job_id, many, TaskStatus.READY, TaskStatus.CANCELLED) == len(ready) > 0
+        assert len(task_rows.of_frames(session, job_id, many)) > len(ready)
+    assert api_farm.job(job_id).ready == 0

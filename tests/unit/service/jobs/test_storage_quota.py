@@ -121,6 +121,18 @@ def test_a_job_that_crosses_the_limit_is_paused_with_the_reason_and_goes_on_when
     assert farm.job(job_id).status is JobStatus.DONE
 
 
+def test_a_job_beyond_its_quota_stays_so_though_no_worker_can_do_its_work(farm: Farm) -> None:
+    job_id = farm.planned(caller=owner("ann", artifacts_mb=5))
+    failing, storing, *_ = farm.dispatch()
+    farm.say(claimed(failing), failed(failing, code="store-full"), claimed(storing), stored(storing, 5.5))
+    assert pause_of(farm, job_id) == BEYOND
+    watched = Watched(farm)
+    watched.run(after_s=1.0)
+    assert pause_of(farm, job_id) == BEYOND
+    watched.run(after_s=farm.settings.deferral_s)
+    assert pause_of(farm, job_id) == BEYOND
+
+
 def test_the_limit_of_one_owner_pauses_nobody_else_and_exactly_the_limit_is_allowed(
     make_farm: Callable[..., Farm],
 ) -> None:
