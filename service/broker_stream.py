@@ -23,10 +23,10 @@ from redis.retry import Retry
 from lippmann.errors import InvalidText
 from lippmann.job.messages import wire
 from lippmann.job.messages.events import Directions, Event, Lease, NotClaiming, Presence
-from lippmann.job.messages.seals import Refused, Seals
+from lippmann.job.messages.seals import Refused, Seals, Unverifiable
 from lippmann.job.messages.worker_keys import KEY_ID, KEY_REFUSAL
 from lippmann.untrusted.json_text import JsonLimits, read_json
-from service.errors import BrokerUnavailable
+from service.errors import BrokerUnavailable, DatabaseUnavailable
 
 MAX_WORKERS = 10_000
 """The largest number of workers that are read; the others are not online."""
@@ -156,9 +156,14 @@ class Stream:
             pipe.execute()
 
     def is_new(self) -> bool:
-        """Return whether the broker lost its data since the last call, and mark it."""
+        """Return whether the broker lost its data since it was marked."""
         with _translated():
-            return bool(self._slow.set(wire.MARKER, "1", nx=True))
+            return not self._slow.exists(wire.MARKER)
+
+    def mark(self) -> None:
+        """Mark the broker as one whose lost orders have been taken back."""
+        with _translated():
+            self._slow.set(wire.MARKER, "1")
 
     def write_error(self) -> str | None:
         """Return why the broker answers but takes no orders and events, such as a full disk; None if it takes them."""
@@ -197,6 +202,8 @@ class Stream:
     def _event(self, fields: Mapping[bytes, bytes]) -> Event | None:
         try:
             return self._seals.open_event(fields.get(b"event", b""))
+        except Unverifiable as error:  # It may be right, so it is read again and not dropped.
+            raise DatabaseUnavailable(str(error)) from error
         except Refused as error:
             self._drop("event", error)
             return None

@@ -19,6 +19,7 @@ from sqlalchemy.exc import SQLAlchemyError
 from starlette.concurrency import run_in_threadpool
 
 from lippmann.errors import BadInput, StoreFull, StoreUnavailable
+from lippmann.logs import trace_of
 from lippmann.telemetry import start_telemetry, stop_telemetry
 from service import dashboard
 from service.artifact_links import ArtifactLinks
@@ -243,10 +244,14 @@ def _build_state(settings: Settings, parts: Parts, clock: Callable[[], float]) -
     )
 
 
-async def _write_last_use(last_use: LastUse) -> None:
+async def _repeat(run: Callable[[], object], *, every_s: float) -> None:
+    """Call a function again and again, in a thread; a call that fails is logged."""
     while True:
-        await asyncio.sleep(WRITE_S)
-        await run_in_threadpool(last_use.write)
+        await asyncio.sleep(every_s)
+        try:
+            await run_in_threadpool(run)
+        except Exception as error:  # the outermost frame of the task
+            log.warning("work that repeats failed", work=run.__qualname__, error=repr(error), trace=trace_of(error))
 
 
 async def _measure_loop() -> None:
@@ -255,12 +260,6 @@ async def _measure_loop() -> None:
         due_s = loop.time() + LAG_EVERY_S
         await asyncio.sleep(LAG_EVERY_S)
         LOOP_LAG_S.observe(max(0.0, loop.time() - due_s))
-
-
-async def _end_idle_processes(processes: ProcessPool) -> None:
-    while True:
-        await asyncio.sleep(END_IDLE_S)
-        await run_in_threadpool(processes.end_idle)
 
 
 def _prepare_store(state: AppState) -> bool:
@@ -278,9 +277,12 @@ async def _prepare_store_later(state: AppState) -> None:
     """Try again until the store is back; meanwhile health and the fault monitor give the reason."""
     while True:
         await asyncio.sleep(state.settings.store_check_s)
-        with suppress(SQLAlchemyError):
-            if await run_in_threadpool(_prepare_store, state):
-                return
+        try:
+            with suppress(SQLAlchemyError):  # a database that is away, which health tells
+                if await run_in_threadpool(_prepare_store, state):
+                    return
+        except Exception as error:  # the outermost frame of the task
+            log.warning("the store could not be prepared", error=repr(error), trace=trace_of(error))
 
 
 @asynccontextmanager
@@ -297,8 +299,8 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
         preparing = asyncio.create_task(_prepare_store_later(state))
     state.hub.start()
     repeated = [
-        asyncio.create_task(_write_last_use(state.last_use)),
-        asyncio.create_task(_end_idle_processes(state.processes)),
+        asyncio.create_task(_repeat(state.last_use.write, every_s=WRITE_S)),
+        asyncio.create_task(_repeat(state.processes.end_idle, every_s=END_IDLE_S)),
         asyncio.create_task(_measure_loop()),
     ]
     coordinator = None

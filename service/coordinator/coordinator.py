@@ -42,7 +42,7 @@ from service.coordinator.retry_policy import INFRASTRUCTURE
 from service.coordinator.scheduler import ROUND, OrderRate, dispatch
 from service.db import coordinator as coordinator_rows
 from service.db.engine import Database
-from service.errors import BrokerUnavailable, NotLeading
+from service.errors import BrokerUnavailable, DatabaseUnavailable, NotLeading
 from service.events.wakeup import Wakeup
 from service.health import package_version
 from service.instruments import ORDERS
@@ -85,6 +85,8 @@ SWEEP_S = 3600.0
 COLLECT_S = 300.0
 REPAIR_S = 1.0
 REMOVE_S = 1.0
+SET_BACK_S = 5.0
+"""A clock that loses more than this between two rounds was set back."""
 WEBHOOK_S = 1.0
 SCHEDULER = "scheduler"
 
@@ -141,6 +143,8 @@ class Coordinator:
         self._liveness = Liveness(silence_s=settings.lease_ttl_s, clock=clock, steady=steady)
         self._loss_monitor = LossMonitor(database, self._stream, self._reconciler, self._liveness, settings)
         self._checkpoint_s = steady()
+        self._behind_s = steady() - clock()
+        """How far the clock is behind the steady one; it grows when the clock is set back."""
         self._dropped: Counter[str] = Counter()
         self._stopping = threading.Event()
         self._threads: list[threading.Thread] = []
@@ -194,6 +198,7 @@ class Coordinator:
             self._loss_monitor.begin(now_s=self._clock())
             self._bundles.begin()
             recounted = self._reconciler.start()
+            self._reconciler.end_long_pauses(now_s=self._clock())
             log.info("leads", process=self.election.name, jobs_recounted=recounted)
             self._wakeup.notify()
 
@@ -285,11 +290,19 @@ class Coordinator:
         is_live = self._liveness.live_s() is not None
         view = FarmView(now_s=now_s, slots=self._slots(), is_live=is_live, workers=self._claiming())
         self._reconciler.run(view)
+        self._heed_set_back()
         if self._steady() - self._checkpoint_s > CHECKPOINT_S:
             self._checkpoint_s = self._steady()
             self._database.checkpoint()
         with suppress(BrokerUnavailable):
             self._broker_users.reconcile(self._database, now_s=now_s)
+
+    def _heed_set_back(self) -> None:
+        """Shorten the pauses that became longer by as much as the clock was set back."""
+        was_s, self._behind_s = self._behind_s, self._steady() - self._clock()
+        if self._behind_s - was_s > SET_BACK_S:
+            count = self._reconciler.end_long_pauses(now_s=self._clock())
+            log.warning("the clock was set back", by_s=round(self._behind_s - was_s, 1), pauses_ended=count)
 
     def loss_round(self) -> None:
         """Take back the tasks of lost attempts and lost orders."""
@@ -406,7 +419,7 @@ class Coordinator:
                     log.info("another process leads", loop=name)
                 except Exception as error:  # the outermost frame of the thread: the next round follows in any case
                     # What is unavailable for an hour, or full, is logged once and not 18,000 times.
-                    is_outage = isinstance(error, BrokerUnavailable | OperationalError)
+                    is_outage = isinstance(error, BrokerUnavailable | DatabaseUnavailable | OperationalError)
                     if not (is_logged and is_outage):
                         trace = "" if is_outage else trace_of(error)
                         log.warning("a round failed", loop=name, error=repr(error), trace=trace)

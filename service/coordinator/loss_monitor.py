@@ -54,6 +54,7 @@ class LossMonitor:
         count = 0
         if self._stream.is_new():
             count = self._reconciler.take_back_all(sent_until_s=self._known_s, now_s=now_s)
+            self._stream.mark()  # after the work, which follows again if it failed or this process was killed
             log.info("the broker is new", orders_taken_back=count)
         # An order that is sent from now on is in the broker that was examined, or in a later one.
         self._known_s = now_s

@@ -18,9 +18,11 @@ from lippmann.plan.artifact_store import ArtifactStore
 from service.claiming import fitting, is_able, not_able
 from service.coordinator.batch_writer import close_jobs, write_batch
 from service.coordinator.event_rules import Batch, fail, finish, hold
+from service.coordinator.retry_policy import longest_pause_s
 from service.db import access as access_rows
 from service.db import coordinator as coordinator_rows
 from service.db import events as event_rows
+from service.db import faults as fault_rows
 from service.db import jobs as job_rows
 from service.db import task_sets
 from service.db import tasks as task_rows
@@ -80,6 +82,16 @@ class Reconciler:
             with self.database.writing() as session:
                 wrong += recount(session, job_id)
         return wrong
+
+    def end_long_pauses(self, *, now_s: float) -> int:
+        """End the pauses of tasks that last longer than any rule asks for, because the clock was set back.
+
+        Return the number of these tasks. Jobs also avoid workers no longer than a rule asks for.
+        """
+        latest_s = now_s + longest_pause_s(self.settings)
+        with self.database.writing() as session:
+            fault_rows.end_avoidance(session, latest_s=latest_s)
+            return task_rows.end_pauses(session, latest_s=latest_s)
 
     def run(self, view: FarmView) -> None:
         """Repair all rows that are wrong."""

@@ -50,6 +50,13 @@ DETERMINISTIC = TIMEOUTS | {OutOfMemory.code, RenderCrashed.code}
 always do so. The second attempt is on another worker if there is one."""
 
 
+def longest_pause_s(settings: Settings) -> float:
+    """Return the longest pause before the next attempt of a task, and for which a job avoids a worker."""
+    after_failures_s = settings.retry_pause_s * 2.0 ** (settings.failures_allowed - 1)
+    after_losses_s = settings.retry_pause_s * settings.losses_allowed
+    return max(LONGEST_DEFERRAL_S, settings.avoid_s, settings.decline_pause_s, after_failures_s, after_losses_s)
+
+
 @dataclass(frozen=True)
 class Prevention:
     """The reason why a worker cannot work, and the time until which a job avoids it."""

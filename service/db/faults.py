@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Collection
 
-from sqlalchemy import delete, func, select
+from sqlalchemy import delete, func, select, update
 from sqlalchemy.orm import Session
 
 from service.db.engine import changed
@@ -48,3 +48,8 @@ def avoiding(session: Session, *, now_s: float) -> dict[str, int]:
 def forgive(session: Session, worker: str) -> int:
     """Forget the failures of a worker on the tasks of all jobs, and return the number of these jobs."""
     return changed(session, delete(WorkerFault).where(WorkerFault.worker == worker))
+
+
+def end_avoidance(session: Session, *, latest_s: float) -> None:
+    """Let jobs use the workers again that they would avoid until after a time."""
+    changed(session, update(WorkerFault).where(WorkerFault.avoided_until_s > latest_s).values(avoided_until_s=None))

@@ -7,12 +7,13 @@ from dataclasses import fields
 from itertools import islice
 from typing import Any
 
-from sqlalchemy import ColumnElement, Select, and_, bindparam, func, or_, select
+from sqlalchemy import ColumnElement, Select, and_, bindparam, func, or_, select, update
 from sqlalchemy.orm import Session, aliased, undefer
 
 from lippmann.job.messages.orders import TaskKind, TileIndex
 from lippmann.job.states import HELD_TASKS, SATISFIED_TASKS, JobStatus, PausedBy, TaskStatus
-from service.db.jobs import WORKABLE
+from service.db.engine import changed
+from service.db.jobs import BEGUN, WORKABLE
 from service.db.tables import Job, Task, WorkerFault
 from service.db.task_state import HeldAttempt
 from service.errors import StorageQuotaExceeded
@@ -211,6 +212,13 @@ def prevented_workers(session: Session, *, now_s: float) -> Sequence[WorkerFault
     is_open = select(Job.id).where(Job.id == WorkerFault.job_id, may_work).exists()
     query = select(WorkerFault).where(WorkerFault.code.is_not(None), WorkerFault.avoided_until_s > now_s, is_open)
     return session.scalars(query.order_by(WorkerFault.job_id, WorkerFault.worker)).all()
+
+
+def end_pauses(session: Session, *, latest_s: float) -> int:
+    """Let those ready tasks be dispatched at once that would wait until after a time, and return their number."""
+    at_work = select(Job.id).where(Job.status.in_(BEGUN))
+    late = update(Task).where(Task.job_id.in_(at_work), Task.status == TaskStatus.READY, Task.not_before_s > latest_s)
+    return changed(session, late.values(not_before_s=None))
 
 
 def unreadable(session: Session, job_id: str, codes: Collection[str], *, after: int) -> Sequence[Task]:

@@ -23,6 +23,7 @@ from typing import Any, TypeVar
 import structlog
 from sqlalchemy.exc import SQLAlchemyError
 
+from lippmann.logs import trace_of
 from service.db import access as access_rows
 from service.db import events as event_rows
 from service.db import jobs as job_rows
@@ -288,11 +289,12 @@ class EventHub:
                 await asyncio.sleep(0)
 
     async def _logged(self, run: Callable[[], Awaitable[None]]) -> None:
-        """Run; while the database is unavailable, the streams stay open, and the next round follows."""
+        """Run; whatever fails, such as a database that is away, the streams stay open, and the next round follows."""
         try:
             await run()
-        except SQLAlchemyError as error:
-            log.warning("events cannot be read", error=repr(error))
+        except Exception as error:  # the outermost frame of the task
+            trace = "" if isinstance(error, SQLAlchemyError) else trace_of(error)
+            log.warning("events cannot be read", error=repr(error), trace=trace)
             await asyncio.sleep(POLL_S)
 
     async def _in(self, executor: ThreadPoolExecutor, run: Callable[..., Answer], *values: Any) -> Answer:

@@ -64,8 +64,9 @@ class WebhookSender:
                 if owner_id in self._serving or len(self._serving) >= MAX_THREADS:
                     continue
                 thread = threading.Thread(target=self._serve, args=(owner_id,), name="webhook", daemon=True)
+                # A thread that cannot be started must not count as one that serves; the new one waits for the lock.
+                thread.start()
                 self._serving[owner_id] = thread
-            thread.start()
 
     def join(self, *, timeout_s: float) -> None:
         """Wait for the attempts that are being made, once the sender is no longer active."""

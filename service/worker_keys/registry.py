@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 from sqlalchemy.exc import SQLAlchemyError
 
-from lippmann.job.messages.seals import KeyRefused, Refused, Seals
+from lippmann.job.messages.seals import KeyRefused, Seals, Unverifiable
 from service.db import access as access_rows
 from service.db.engine import Database
 from service.settings import Settings
@@ -69,7 +69,7 @@ class WorkerKeys:
         ------
         KeyRefused
             If the key is unknown, was revoked or has expired, or if it is missing and workers need one.
-        Refused
+        Unverifiable
             If the key is unknown while the database does not answer. Then it may be a valid one.
         """
         if key_id is None:
@@ -78,7 +78,7 @@ class WorkerKeys:
             return b""
         found, now_s = self._find(key_id), self._clock()
         if found is None and not self._is_read:
-            raise Refused(f"the worker key {key_id[:32]} cannot be verified, since the database does not answer")
+            raise Unverifiable(f"the worker key {key_id[:32]} cannot be verified, since the database does not answer")
         if found is None:
             raise KeyRefused(f"its worker key {key_id[:32]} was revoked, or is none of this farm")
         if found.expires_s is not None and found.expires_s < now_s:

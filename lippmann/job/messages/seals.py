@@ -61,6 +61,10 @@ class Refused(ValueError):
     """The message is not accepted."""
 
 
+class Unverifiable(Refused):
+    """The message may be right, but its key cannot be found now."""
+
+
 class KeyRefused(Refused):
     """The message is of a worker whose key is missing, unknown or revoked, or has expired."""
 

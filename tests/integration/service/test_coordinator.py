@@ -26,7 +26,7 @@ from service.jobs.commands import remove_job
 from service.store_identity import identify_store
 from tests.broker import Broker
 from tests.builders_messages import add_event, put_presence, seals_in
-from tests.builders_service import T0, Farm, claimed, done, heartbeat, presence
+from tests.builders_service import T0, Farm, claimed, done, failed, heartbeat, presence
 from tests.integration.service.conftest import ORDERS
 
 
@@ -228,6 +228,17 @@ def test_a_clock_that_is_set_back_hides_no_worker(rounds: Rounds, broker: Broker
     rounds.farm.now_s -= 3600
     rounds.coordinator.schedule_round()
     assert rounds.farm.job(job_id).dispatched == 1
+
+
+def test_a_clock_that_is_set_back_prolongs_no_pause(rounds: Rounds) -> None:
+    orders = rounds.running()
+    rounds.send(*(failed(order) for order in orders))
+    rounds.coordinator.consume_round()
+    rounds.coordinator.reconcile_round()
+    rounds.wait(10)
+    rounds.farm.now_s -= 3600
+    rounds.coordinator.reconcile_round()
+    assert {rounds.farm.task(order).not_before_s for order in orders} == {None}
 
 
 def _dump(rounds: Rounds) -> list[str]:

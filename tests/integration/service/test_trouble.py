@@ -302,6 +302,7 @@ def test_a_broker_on_a_unix_socket_is_the_same_broker(broker: Broker) -> None:
     assert broker.client.llen(ORDERS) == 1
     stream = Stream(broker.unix_url, seals=SEALS, timeout_s=30)
     assert stream.is_new()
+    stream.mark()
     assert not Stream(broker.url, seals=SEALS, timeout_s=30).is_new()
     stream.stop(["a"], ttl_s=60)
     assert broker.client.exists(wire.stop_key("a"))

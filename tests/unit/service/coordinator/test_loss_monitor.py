@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 import structlog
+from sqlalchemy.exc import OperationalError
 
 from lippmann.job.messages import wire
 from lippmann.job.messages.events import Lease, Presence
@@ -149,6 +150,26 @@ def test_a_wiped_broker_has_lost_the_orders_of_before_and_none_of_those_after(wa
     assert watch.monitor.take_back_if_wiped(now_s=watch.farm.now_s) == 4
     assert watch.farm.task(first).status is TaskStatus.READY
     assert {watch.farm.task(order).status for order in later} == {TaskStatus.DISPATCHED}
+
+
+def test_a_wiped_broker_is_examined_until_its_orders_are_taken_back(
+    watch: Watch, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    watch.farm.planned()
+    order, *_ = watch.farm.dispatch()
+    watch.wait(1)
+    assert watch.monitor.take_back_if_wiped(now_s=watch.farm.now_s) == 0
+    watch.client.flushall()
+
+    def fail(*_: object, **__: object) -> int:
+        raise OperationalError("BEGIN", {}, Exception("the database is away"))
+
+    with monkeypatch.context() as patched:
+        patched.setattr(Reconciler, "take_back_all", fail)
+        with pytest.raises(OperationalError):
+            watch.monitor.take_back_if_wiped(now_s=watch.farm.now_s)
+    assert watch.monitor.take_back_if_wiped(now_s=watch.farm.now_s) > 0
+    assert watch.farm.task(order).status is TaskStatus.READY
 
 
 def test_nothing_is_judged_while_events_are_not_read(watch: Watch) -> None:

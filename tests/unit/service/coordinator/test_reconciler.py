@@ -15,7 +15,7 @@ from service.db import jobs as job_rows
 from service.db import tasks as task_rows
 from service.db.coordinator import current, pending_stops
 from service.db.tables import Job, Task
-from tests.builders_service import Farm, claimed, done, heartbeat, presence
+from tests.builders_service import Farm, claimed, done, failed, heartbeat, presence
 
 
 class Watch:
@@ -234,6 +234,20 @@ def test_a_job_that_has_ended_and_does_not_know_it_ends(farm: Farm, watch: Watch
         session.execute(update(Job).values(status=JobStatus.RUNNING))
     watch.look()
     assert farm.job(job_id).status is JobStatus.DONE
+
+
+def test_a_pause_that_no_rule_asks_for_ends_and_a_right_one_does_not(farm: Farm, watch: Watch) -> None:
+    farm.planned()
+    first, second, *_ = farm.dispatch()
+    farm.say(claimed(first), failed(first, code="store-full"))
+    assert watch.reconciler.end_long_pauses(now_s=farm.now_s) == 0
+    farm.now_s -= 3600
+    farm.say(claimed(second), failed(second, code="store-full"))
+    assert watch.reconciler.end_long_pauses(now_s=farm.now_s) == 1
+    assert farm.task(first).not_before_s is None
+    assert farm.task(second).not_before_s == farm.now_s + farm.settings.deferral_s
+    farm.now_s += farm.settings.deferral_s
+    assert {order.task_id for order in farm.dispatch()} == {first.task_id, second.task_id}
 
 
 def test_wrong_counts_are_found_at_start(farm: Farm, watch: Watch) -> None:

@@ -367,7 +367,14 @@ def test_credentials_are_valid_until_they_are_revoked_or_expire(farm: Farm) -> N
         assert access_rows.valid(session, [key_id], now_s=farm.now_s, idle_s=1.0) == set()
 
 
-def test_streams_stay_open_while_the_database_is_unavailable(farm: Farm, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize(
+    "error",
+    [OperationalError("SELECT", {}, Exception("database is locked")), RuntimeError("can't start new thread")],
+    ids=lambda error: type(error).__name__,
+)
+def test_streams_stay_open_and_go_on_whatever_fails_in_between(
+    farm: Farm, monkeypatch: pytest.MonkeyPatch, error: Exception
+) -> None:
     monkeypatch.setattr(module, "POLL_S", 0.02)
     page = EventHub._page
     failures: list[object] = []
@@ -375,7 +382,7 @@ def test_streams_stay_open_while_the_database_is_unavailable(farm: Farm, monkeyp
     def fail(hub: EventHub, *given: Any) -> Any:
         if len(failures) < 3:
             failures.append(given)
-            raise OperationalError("SELECT", {}, Exception("database is locked"))
+            raise error
         return page(hub, *given)
 
     async def scenario(running: Running) -> None:

@@ -366,6 +366,24 @@ def test_a_slow_receiver_delays_its_own_owner_only(hooks: Farm, receiver: Receiv
         sender.join(timeout_s=ENOUGH_S)
 
 
+def test_a_thread_that_cannot_be_started_silences_nobody(
+    hooks: Farm, receiver: Receiver, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    cancelled(hooks, receiver.url)
+    sender = sender_of(hooks)
+
+    def refuse(_: threading.Thread) -> None:
+        raise RuntimeError("can't start new thread")
+
+    with monkeypatch.context() as patched:
+        patched.setattr(threading.Thread, "start", refuse)
+        with pytest.raises(RuntimeError):
+            sender.run_round()
+    sender.run_round()
+    assert receiver.next()
+    sender.join(timeout_s=ENOUGH_S)
+
+
 def test_a_receiver_with_tls_shows_a_certificate_of_a_known_authority_for_its_name(
     make_farm: Callable[..., Farm], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
