@@ -14,6 +14,7 @@ from importlib.metadata import version
 from typing import Any
 
 import structlog
+from billiard.process import active_children
 from celery import Celery
 from celery.signals import (
     setup_logging,
@@ -294,7 +295,11 @@ def engine_versions() -> dict[str, str]:
 @worker_shutting_down.connect
 def _stop_attempts(**_: Any) -> None:
     """End running attempts within about a second; SIGTERM, the warm shutdown, waits for their final events."""
-    settings.stopping_file.touch()
+    try:
+        settings.stopping_file.touch()
+    except OSError:  # No attempt can learn of its end by the file, so its process ends.
+        for process in active_children():
+            process.terminate()
     if _stuck_watch:
         _stuck_watch.stop()
 
