@@ -273,5 +273,6 @@ class OrderConsumer(Consumer):  # type: ignore[misc]  # Celery has no types
 
     def _end_while_away(self) -> None:
         """End if the worker shall, while the broker is away and there are no ticks: no poll could bring an order."""
+        self._duty.refresh()
         self._end_if_drained(held=len(state.reserved_requests))
         state.maybe_shutdown()
