@@ -17,6 +17,7 @@ import structlog
 from billiard.process import active_children
 from celery import Celery
 from celery.signals import (
+    celeryd_after_setup,
     setup_logging,
     worker_init,
     worker_process_init,
@@ -210,6 +211,12 @@ def broker_client() -> BrokerClient:
     return BrokerClient(settings.broker, settings.worker_name, settings.instance, seals=settings.seals)
 
 
+@celeryd_after_setup.connect
+def _keep_hangup(instance: Any, **_: Any) -> None:
+    """Keep Celery from the signal SIGHUP: without a terminal it would start the worker again, under nohup too."""
+    instance._isatty = True
+
+
 @worker_ready.connect
 def _start_stuck_watch(**_: Any) -> None:
     if _stuck_watch:
@@ -322,6 +329,12 @@ def _start_telemetry(**_: Any) -> None:
 @worker_process_shutdown.connect
 def _stop_telemetry(**_: Any) -> None:
     stop_telemetry()
+
+
+@worker_process_init.connect
+def _leave_hangup(**_: Any) -> None:
+    """Leave SIGHUP to the worker, which ends its attempts; a terminal that closes sends it to pool processes, too."""
+    signal.signal(signal.SIGHUP, signal.SIG_IGN)
 
 
 @worker_process_init.connect
