@@ -145,13 +145,8 @@ def _log(**_: Any) -> None:
 def _prepare(**_: Any) -> None:
     """Remove the files of earlier workers, and check that this worker can work."""
     global _liveness, _stuck_watch, _broker, _duty, _previews
-    settings.scratch_dir.mkdir(parents=True, exist_ok=True)
-    for left in settings.scratch_dir.glob(f"{STOPPING}*"):
-        # A worker was killed while it shut down; a name is not used twice.
-        if time.time() - left.stat().st_mtime > STALE_STOPPING_S:
-            left.unlink(missing_ok=True)
-    settings.stopping_file.unlink(missing_ok=True)
     try:
+        _remove_stopping_files()
         if not settings.store_url:
             check_owner(settings.artifacts_dir)
         settings.order_keys.keys()
@@ -170,9 +165,21 @@ def _prepare(**_: Any) -> None:
             on_key_refused=_end_refused,
         )  # fmt: skip
         _stuck_watch = StuckWatch(_liveness, settings.stopping_file)
+    # Celery logs and ignores errors of signal handlers; these mean that no order could be done here.
     except LippmannError as error:
-        # Celery logs and ignores errors of signal handlers; this one means that no order could be done here.
         raise SystemExit(f"lippmann worker: {error.message}") from error
+    except OSError as error:
+        raise SystemExit(f"lippmann worker: expected files and programs that can be used, got {error}") from error
+
+
+def _remove_stopping_files() -> None:
+    """Remove the file of an earlier start of this worker, and of workers that were killed while they shut down."""
+    settings.scratch_dir.mkdir(parents=True, exist_ok=True)
+    for left in settings.scratch_dir.glob(f"{STOPPING}*"):
+        with suppress(FileNotFoundError):  # another worker has just removed it
+            if time.time() - left.stat().st_mtime > STALE_STOPPING_S:  # a name is not used twice
+                left.unlink()
+    settings.stopping_file.unlink(missing_ok=True)
 
 
 def _preview_orders() -> PreviewOrders:
