@@ -54,7 +54,7 @@ class ConsumerLiveness:
         self._on_key_refused = on_key_refused
         self._is_unsigned_logged = False
         self.signs = 0
-        """The number of answered polls and refused connections; the consumer is stuck while it does not grow."""
+        """The number of answered polls and of refusals; the consumer is stuck while it does not grow."""
         self._broker = broker
         self._presence = presence
         self._heartbeat_file = heartbeat_file
@@ -71,7 +71,7 @@ class ConsumerLiveness:
         self._presence = self._presence.model_copy(update={"order_s": self._clock()})
 
     def record_refusal(self) -> None:
-        """Record that the broker refused a connection or did not answer in time."""
+        """Record that the broker refused a connection, or what was asked on one, or did not answer in time."""
         self._record_sign()
 
     def publish(self, *, holds: tuple[str, ...], closed: str | None = None, opens_s: float | None = None) -> None:
