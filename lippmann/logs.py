@@ -8,6 +8,7 @@ import sys
 import threading
 import traceback
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from types import MappingProxyType
 from typing import Literal, TextIO
 
@@ -90,7 +91,8 @@ class _Lines:
         self._file = file
 
     def msg(self, entry: str) -> None:
-        with _writing:
+        # The work goes on though its log is on a full disk, or on a terminal that was closed.
+        with _writing, suppress(OSError):
             print(entry, file=self._file, flush=True)
 
     debug = info = warning = error = critical = msg

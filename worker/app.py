@@ -14,8 +14,10 @@ from importlib.metadata import version
 from typing import Any
 
 import structlog
+from billiard.process import active_children
 from celery import Celery
 from celery.signals import (
+    celeryd_after_setup,
     setup_logging,
     worker_init,
     worker_process_init,
@@ -143,13 +145,8 @@ def _log(**_: Any) -> None:
 def _prepare(**_: Any) -> None:
     """Remove the files of earlier workers, and check that this worker can work."""
     global _liveness, _stuck_watch, _broker, _duty, _previews
-    settings.scratch_dir.mkdir(parents=True, exist_ok=True)
-    for left in settings.scratch_dir.glob(f"{STOPPING}*"):
-        # A worker was killed while it shut down; a name is not used twice.
-        if time.time() - left.stat().st_mtime > STALE_STOPPING_S:
-            left.unlink(missing_ok=True)
-    settings.stopping_file.unlink(missing_ok=True)
     try:
+        _remove_stopping_files()
         if not settings.store_url:
             check_owner(settings.artifacts_dir)
         settings.order_keys.keys()
@@ -168,9 +165,21 @@ def _prepare(**_: Any) -> None:
             on_key_refused=_end_refused,
         )  # fmt: skip
         _stuck_watch = StuckWatch(_liveness, settings.stopping_file)
+    # Celery logs and ignores errors of signal handlers; these mean that no order could be done here.
     except LippmannError as error:
-        # Celery logs and ignores errors of signal handlers; this one means that no order could be done here.
         raise SystemExit(f"lippmann worker: {error.message}") from error
+    except OSError as error:
+        raise SystemExit(f"lippmann worker: expected files and programs that can be used, got {error}") from error
+
+
+def _remove_stopping_files() -> None:
+    """Remove the file of an earlier start of this worker, and of workers that were killed while they shut down."""
+    settings.scratch_dir.mkdir(parents=True, exist_ok=True)
+    for left in settings.scratch_dir.glob(f"{STOPPING}*"):
+        with suppress(FileNotFoundError):  # another worker has just removed it
+            if time.time() - left.stat().st_mtime > STALE_STOPPING_S:  # a name is not used twice
+                left.unlink()
+    settings.stopping_file.unlink(missing_ok=True)
 
 
 def _preview_orders() -> PreviewOrders:
@@ -207,6 +216,12 @@ def _refused_text() -> str:
 def broker_client() -> BrokerClient:
     """Return a client of the broker that speaks for this worker."""
     return BrokerClient(settings.broker, settings.worker_name, settings.instance, seals=settings.seals)
+
+
+@celeryd_after_setup.connect
+def _keep_hangup(instance: Any, **_: Any) -> None:
+    """Keep Celery from the signal SIGHUP: without a terminal it would start the worker again, under nohup too."""
+    instance._isatty = True
 
 
 @worker_ready.connect
@@ -294,7 +309,11 @@ def engine_versions() -> dict[str, str]:
 @worker_shutting_down.connect
 def _stop_attempts(**_: Any) -> None:
     """End running attempts within about a second; SIGTERM, the warm shutdown, waits for their final events."""
-    settings.stopping_file.touch()
+    try:
+        settings.stopping_file.touch()
+    except OSError:  # No attempt can learn of its end by the file, so its process ends.
+        for process in active_children():
+            process.terminate()
     if _stuck_watch:
         _stuck_watch.stop()
 
@@ -317,6 +336,12 @@ def _start_telemetry(**_: Any) -> None:
 @worker_process_shutdown.connect
 def _stop_telemetry(**_: Any) -> None:
     stop_telemetry()
+
+
+@worker_process_init.connect
+def _leave_hangup(**_: Any) -> None:
+    """Leave SIGHUP to the worker, which ends its attempts; a terminal that closes sends it to pool processes, too."""
+    signal.signal(signal.SIGHUP, signal.SIG_IGN)
 
 
 @worker_process_init.connect

@@ -10,14 +10,14 @@ from __future__ import annotations
 import signal
 from collections.abc import Callable
 from queue import Empty
-from time import monotonic
+from time import monotonic, sleep
 from typing import Any
 
 from celery.utils.log import get_logger
 from celery.worker import state
 from celery.worker.consumer import Consumer
 from kombu.entity import Queue
-from redis.exceptions import AuthenticationError, NoPermissionError, RedisError
+from redis.exceptions import AuthenticationError, NoPermissionError, RedisError, ResponseError
 
 from lippmann.job.messages import wire
 from lippmann.job.messages.events import Directions
@@ -108,6 +108,16 @@ class OrderConsumer(Consumer):  # type: ignore[misc]  # Celery has no types
         )
         self.first_connection_attempt = self._is_outage_logged = False
         return connected
+
+    def on_connection_error_before_connected(self, exc: Exception) -> None:
+        """Wait if the broker refuses what Celery asks when it connects."""
+        super().on_connection_error_before_connected(exc)
+        self._wait_if_refused(exc)
+
+    def on_connection_error_after_connected(self, exc: Exception) -> None:
+        """Wait if the broker refuses what Celery asks on a connection."""
+        super().on_connection_error_after_connected(exc)
+        self._wait_if_refused(exc)
 
     def read_directions(self) -> Directions | None:
         """Return the directions of the service; None if the broker gives none, so that those of before hold."""
@@ -208,6 +218,22 @@ class OrderConsumer(Consumer):  # type: ignore[misc]  # Celery has no types
             log.warning("the broker %s and is tried every %g s: %s", what, pause_s, error)
         self._is_outage_logged = True
 
+    def _wait_if_refused(self, error: Exception) -> None:
+        """Record an error with which the broker answered, and wait for a moment.
+
+        A broker that only reads, or has no memory left, answers PING, so every attempt to connect succeeds, and what
+        follows is refused before there is a tick.
+
+        Raises
+        ------
+        WorkerShutdown
+            If the worker shall end.
+        """
+        if isinstance(error, ResponseError):
+            self._liveness.record_refusal()
+            self._end_while_away()
+            sleep(RETRY_S)
+
     def _tick(self) -> None:
         """Publish the presence, and look for dead pool processes; connect again if the broker answers no poll.
 
@@ -247,5 +273,6 @@ class OrderConsumer(Consumer):  # type: ignore[misc]  # Celery has no types
 
     def _end_while_away(self) -> None:
         """End if the worker shall, while the broker is away and there are no ticks: no poll could bring an order."""
+        self._duty.refresh()
         self._end_if_drained(held=len(state.reserved_requests))
         state.maybe_shutdown()

@@ -6,6 +6,7 @@ signal     LIPPMANN_DRAIN_S  what the worker does
 SIGUSR1    any               It takes no further order, finishes what it has begun, and ends with code 0.
 SIGTERM    0                 It ends its attempts within about a second and ends with code 0.
 SIGTERM    more              As SIGUSR1, but after this time as with 0. A second SIGTERM acts as with 0.
+SIGHUP     any               As SIGTERM: a terminal that closes sends it. Under nohup it stays ignored.
 =========  ================  =================================================================================
 """
 
@@ -21,7 +22,7 @@ from worker.duty import Duty
 def drain_by_signals(duty: Duty, *, drain_s: float, is_refused: Callable[[], bool]) -> None:
     """Drain from now on at SIGUSR1, and at the first SIGTERM if `drain_s` is not 0; otherwise SIGTERM acts as before.
 
-    The worker itself raises SIGTERM when it has finished.
+    SIGHUP acts as SIGTERM, unless it is ignored. The worker itself raises SIGTERM when it has finished.
 
     Parameters
     ----------
@@ -46,3 +47,5 @@ def drain_by_signals(duty: Duty, *, drain_s: float, is_refused: Callable[[], boo
 
     signal.signal(signal.SIGUSR1, drain)
     signal.signal(signal.SIGTERM, drain_or_stop)
+    if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:
+        signal.signal(signal.SIGHUP, drain_or_stop)

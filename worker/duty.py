@@ -64,6 +64,7 @@ class Duty:
         self._directions: Directions | None = None
         self._own_drain: _Drain | None = None
         self._settled_ticks = 0
+        self._told: Closed | None = None
         self.closed: Closed | None = None
         """The reason why the worker takes no orders; None if it takes some."""
         self.opens_s: float | None = None
@@ -85,7 +86,9 @@ class Duty:
         self.refresh()
 
     def drain(self, *, ends: bool, within_s: float | None = None) -> None:
-        """Take no further orders.
+        """Take no further orders; the handler of a signal may call this, so the next `refresh` logs it.
+
+        A handler interrupts its own thread, which may hold the lock of the log.
 
         Parameters
         ----------
@@ -95,14 +98,14 @@ class Duty:
             The time after which it ends in any case, with those that still run; None for no such time.
         """
         self._own_drain = _Drain(ends, None if within_s is None else self._steady() + within_s)
-        self.refresh()
+        self.closed = Closed.DRAINING
 
     def refresh(self) -> None:
         """Find out again whether the worker takes orders."""
-        before = self.closed
         self.closed = self._reason()
-        if self.closed is before:
+        if self.closed is self._told:
             return
+        self._told = self.closed
         self.opens_s = None
         if self.closed is Closed.HOURS and self._hours is not None:
             self.opens_s = self._hours.next_begin_s(self._clock())

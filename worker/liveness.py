@@ -27,6 +27,8 @@ STUCK_S = 60.0
 """The time without a sign of the consumer after which the worker ends."""
 STOP_S = 8.0
 """The time that running attempts have for their final events when the worker ends."""
+HUNG_S = 2.0
+"""The time that the disk has beside it for the file that stops the attempts; a disk that hangs never answers."""
 EXIT_STUCK = 75
 """The exit code of a worker whose consumer is stuck: EX_TEMPFAIL of sysexits.h."""
 
@@ -52,7 +54,7 @@ class ConsumerLiveness:
         self._on_key_refused = on_key_refused
         self._is_unsigned_logged = False
         self.signs = 0
-        """The number of answered polls and refused connections; the consumer is stuck while it does not grow."""
+        """The number of answered polls and of refusals; the consumer is stuck while it does not grow."""
         self._broker = broker
         self._presence = presence
         self._heartbeat_file = heartbeat_file
@@ -69,7 +71,7 @@ class ConsumerLiveness:
         self._presence = self._presence.model_copy(update={"order_s": self._clock()})
 
     def record_refusal(self) -> None:
-        """Record that the broker refused a connection or did not answer in time."""
+        """Record that the broker refused a connection, or what was asked on one, or did not answer in time."""
         self._record_sign()
 
     def publish(self, *, holds: tuple[str, ...], closed: str | None = None, opens_s: float | None = None) -> None:
@@ -157,11 +159,24 @@ class StuckWatch:
                 self._exit()
 
     def _exit(self) -> None:
+        """End the process. What stands still may be the log or the disk, so other threads write there."""
+        try:
+            threads = [threading.Thread(target=act, daemon=True) for act in (self._say_why, self._end_attempts)]
+            for thread in threads:
+                thread.start()
+            threads[-1].join(self._stop_s + HUNG_S)
+        finally:
+            os._exit(EXIT_STUCK)
+
+    def _say_why(self) -> None:
         log.critical(
             f"expected the consumer to poll the broker, got no sign of it for {self._stuck_s:g} s; "
             "the worker ends to be started again"
         )
-        self._stopping_file.touch()
+
+    def _end_attempts(self) -> None:
+        with contextlib.suppress(OSError):
+            self._stopping_file.touch()
         self._ended.wait(self._stop_s)
-        self._stopping_file.unlink(missing_ok=True)
-        os._exit(EXIT_STUCK)
+        with contextlib.suppress(OSError):
+            self._stopping_file.unlink(missing_ok=True)

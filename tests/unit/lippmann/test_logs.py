@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import io
 import json
 import logging
@@ -159,3 +160,14 @@ def test_a_process_that_was_forked_while_a_thread_wrote_can_log() -> None:
         [sys.executable, "-c", _FORKED], capture_output=True, text=True, timeout=ENOUGH_S, check=True
     )
     assert "of the child" in ended.stdout
+
+
+class FullDisk(io.StringIO):
+    def write(self, text: str, /) -> int:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+
+@pytest.mark.usefixtures("logs")
+def test_a_log_that_cannot_be_written_holds_up_no_work() -> None:
+    configure_logs(FullDisk())
+    structlog.get_logger().info("lost")

@@ -14,6 +14,7 @@ import pytest
 from celery import Celery
 from celery.exceptions import WorkerShutdown
 from celery.worker import state
+from structlog.testing import capture_logs
 
 from lippmann.job.messages import wire
 from lippmann.job.messages.events import Directions
@@ -68,8 +69,9 @@ def test_a_drained_worker_without_attempts_ends_while_the_broker_is_away() -> No
     signal.raise_signal(signal.SIGTERM)
     assert state.should_stop is None, "the first SIGTERM only drains"
     tried = consumer(duty)
-    with pytest.raises(WorkerShutdown):
+    with capture_logs() as logs, pytest.raises(WorkerShutdown):
         tried.ensure_connected(tried.app.connection_for_read())
+    assert "takes no orders" in [entry["event"] for entry in logs], "the drain is logged without a tick"
 
 
 def test_a_silent_broker_is_noticed_by_time_though_each_tick_waits_for_it_and_a_stop_of_the_process_is_none(

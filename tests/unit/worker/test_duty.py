@@ -100,6 +100,16 @@ def test_a_drain_by_a_signal_ends_in_time_whatever_still_runs() -> None:
     assert duty.may_end(held=1)
 
 
+def test_a_drain_by_a_signal_holds_at_once_and_is_logged_later_since_its_handler_may_interrupt_the_log() -> None:
+    duty = Duty(profile())
+    with capture_logs() as logs:
+        duty.drain(ends=True)
+        assert (reason(duty), logs) == (Closed.DRAINING, [])
+        duty.refresh()
+        duty.refresh()
+    assert [(entry["event"], entry["reason"]) for entry in logs] == [("takes no orders", Closed.DRAINING)]
+
+
 def test_a_worker_outside_its_hours_says_when_they_begin() -> None:
     now_s = [time.mktime((2026, 11, 30, 18, 0, 0, 0, 0, -1))]
     duty = Duty(profile(), parse_hours("19:00-20:00"), clock=lambda: now_s[0])

@@ -36,6 +36,24 @@ threading.Event().wait(600)
 """
 
 
+SEIZED = """
+import os, sys, threading
+from pathlib import Path
+from types import SimpleNamespace
+import lippmann.logs
+from worker.liveness import StuckWatch
+lippmann.logs.configure_logs(sys.stderr)
+stopping, fault = Path(sys.argv[1]), sys.argv[2]
+if fault == "a log that hangs":
+    lippmann.logs._writing.acquire()
+elif fault == "a disk that hangs":
+    os.mkfifo(stopping)  # Nobody reads it.
+    Path.touch = lambda path: path.open("w")
+StuckWatch(SimpleNamespace(signs=0), stopping, stuck_s=0.0, stop_s=1.0).start()
+threading.Event().wait(600)
+"""
+
+
 @pytest.fixture(scope="module")
 def broker(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Broker]:
     broker = Broker(tmp_path_factory.mktemp("broker"))
@@ -115,3 +133,13 @@ def test_a_worker_whose_consumer_gives_no_sign_ends_with_a_message_after_its_att
     assert "got no sign of it" not in before, "refusals of the broker are signs"
     assert "expected the consumer to poll the broker, got no sign of it for 3 s" in after
     assert not (tmp_path / "stopping").exists()
+
+
+@pytest.mark.parametrize("fault", ["a log that hangs", "a disk that hangs", "a folder that is gone"])
+def test_a_worker_that_is_stuck_ends_though_the_log_or_the_disk_is_the_fault(tmp_path: Path, fault: str) -> None:
+    stopping_file = tmp_path / "gone/stopping" if "gone" in fault else tmp_path / "stopping"
+    ran = subprocess.run(
+        [sys.executable, "-c", SEIZED, str(stopping_file), fault], capture_output=True, text=True, timeout=ENOUGH_S
+    )
+    assert ran.returncode == EXIT_STUCK
+    assert ("got no sign of it" in ran.stderr) == ("log" not in fault)
