@@ -9,7 +9,8 @@
 | other 4xx, 5xx | `Refused` with the invalid fields |
 | 206 | append the rest of a download |
 | 200 to a request for the rest | the file changed, or ranges are not served: download from the start |
-| 307 to a download | download from the server of the store, and compare the digest; see `direct` |
+| 307 to a download | download from the server of the store; see `direct` |
+| a download whose digest is not the one that the service told | `Refused` |
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ import time
 from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from http import HTTPStatus
 from pathlib import Path
 from typing import Any
 
@@ -31,7 +33,7 @@ from lippmann.client.direct import ASKS, NotDirect, StoreServer, expected_sha256
 from lippmann.client.errors import Refused, refusal
 from lippmann.client.partial_file import OnBytes, append, sha256_of, size_of, write
 from lippmann.client.stream import ServerEvent, parse_events
-from lippmann.errors import BadInput, LippmannError, Unreachable
+from lippmann.errors import ArtifactBroken, BadInput, LippmannError, Unreachable
 
 PATIENCE_S = 3.0
 """The time for which the client retries a service that does not answer, s."""
@@ -154,6 +156,12 @@ class Transport:
         The temporary name contains the entity tag, so that parts of two versions are never joined. A file whose digest
         is known comes from the server of the store, where the service has one that can be reached. `sleep` waits
         between the attempts, and may raise to end the download.
+
+        Raises
+        ------
+        Refused
+            If the service refuses, or the digest of what came is not the one that the service told. The service
+            verifies no part of a large file, so a damaged file may come in two parts.
         """
         sleep = sleep or self._sleep
         try:
@@ -165,9 +173,13 @@ class Transport:
         etag, sha256 = _etag(head), expected_sha256(head.headers)
         part = target.with_name(f".{target.name}.{hashlib.sha256(etag.encode()).hexdigest()[:12]}.part")
         part.parent.mkdir(parents=True, exist_ok=True)
-        if not (sha256 and etag and self._append_directly(path, part, etag=etag, sha256=sha256, on_bytes=on_bytes)):
-            etag = self._retried(part, lambda: self._append(path, part, etag=etag, on_bytes=on_bytes), sleep)
-        return _finished(part, target, etag)
+        if sha256 and etag and self._append_directly(path, part, etag=etag, sha256=sha256, on_bytes=on_bytes):
+            return _finished(part, target, etag)
+        came = self._retried(part, lambda: self._append(path, part, etag=etag, on_bytes=on_bytes), sleep)
+        if sha256 and came == etag and sha256_of(part) != sha256:
+            part.unlink()
+            raise _broken(target, sha256)
+        return _finished(part, target, came)
 
     def download_made(
         self,
@@ -290,6 +302,12 @@ def _utf8_only() -> Iterator[None]:
 def _finished(part: Path, target: Path, etag: str) -> Download:
     part.replace(target)
     return Download(path=target, size=target.stat().st_size, etag=etag)
+
+
+def _broken(target: Path, sha256: str) -> Refused:
+    got = "got another one; the action `repair` of the job makes it again"
+    message = f"{target.name}: expected the SHA-256 {sha256}, {got}"
+    return Refused(message, status=HTTPStatus.INTERNAL_SERVER_ERROR, code=ArtifactBroken.code)
 
 
 def _etag(response: httpx.Response) -> str:

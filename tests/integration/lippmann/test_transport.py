@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import threading
+from base64 import b64encode
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
@@ -182,6 +184,19 @@ def test_a_file_that_is_here_whole_but_was_not_renamed_is_not_brought_again(tmp_
     assert came == []
 
 
+def test_a_file_that_is_damaged_on_the_service_is_never_kept_as_a_whole_one(tmp_path: Path) -> None:
+    """A service keeps the end of a large damaged file back, but sends it to whoever asks for the rest."""
+    damaged = DATA[:-1] + b"?"
+    with (
+        _serving(_file(damaged, breaks=1, digest_of=DATA)) as server,
+        _talking_to(server) as transport,
+        pytest.raises(Refused, match=r"file: expected the SHA-256 \w+, got another one; the action `repair`") as caught,
+    ):
+        transport.download("/file", tmp_path / "file")
+    assert caught.value.code == "artifact-broken"
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_a_picture_that_is_made_when_asked_for_comes_from_the_start_each_time(tmp_path: Path) -> None:
     with _serving(_file(DATA, breaks=2)) as server, _talking_to(server) as transport:
         transport.download_made("/file", tmp_path / "file", params={"format": "png"})
@@ -294,9 +309,15 @@ def test_a_url_or_key_that_cannot_be_is_refused(url: str, key: str) -> None:
         Transport(Address(url, key))
 
 
-def _file(data: bytes, *, breaks: int = 0, etag: str = '"one"', share: int = 10) -> Answer:
-    """Serve a file with ranges; the first answers break off after a part of what was asked for."""
+def _file(
+    data: bytes, *, breaks: int = 0, etag: str = '"one"', share: int = 10, digest_of: bytes | None = None
+) -> Answer:
+    """Serve a file with ranges; the first answers break off after a part of what was asked for.
+
+    The service tells the digest of `digest_of`; none by default.
+    """
     left = [breaks]
+    digest = "" if digest_of is None else b64encode(hashlib.sha256(digest_of).digest()).decode()
 
     def answer(handler: _Handler) -> None:
         asked = handler.headers.get("Range")
@@ -308,6 +329,8 @@ def _file(data: bytes, *, breaks: int = 0, etag: str = '"one"', share: int = 10)
         rest = data[start:]
         handler.send_response(206 if asked and fresh else 200)
         handler.send_header("ETag", etag)
+        if digest:
+            handler.send_header("Repr-Digest", f"sha-256=:{digest}:")
         handler.send_header("Content-Length", str(len(rest)))
         handler.end_headers()
         if handler.command == "HEAD":
