@@ -1,4 +1,4 @@
-"""HTTP: keys, retries, problem details, and downloads that resume. Only `direct` imports the HTTP library, too.
+"""HTTP: keys, retries, problem details, and downloads that resume. Besides, `direct` and `http_client` import httpx.
 
 | answer | what we do |
 |---|---|
@@ -31,6 +31,7 @@ import httpx
 from lippmann.client.address import Address
 from lippmann.client.direct import ASKS, NotDirect, StoreServer, expected_sha256
 from lippmann.client.errors import Refused, refusal
+from lippmann.client.http_client import new_http_client
 from lippmann.client.partial_file import OnBytes, append, sha256_of, size_of, write
 from lippmann.client.stream import ServerEvent, parse_events
 from lippmann.errors import ArtifactBroken, BadInput, LippmannError, Unreachable
@@ -74,7 +75,8 @@ class Transport:
         self._sleep = sleep
         self._store_server = StoreServer(needs_https=self.url.startswith("https://"))
         try:
-            self._http = httpx.Client(
+            self._http = new_http_client(
+                self.url,
                 base_url=self.url,
                 headers={"Authorization": f"Bearer {address.key}"} if address.key else {},
                 timeout=httpx.Timeout(30.0, connect=5.0),
