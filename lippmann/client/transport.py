@@ -4,6 +4,7 @@
 |---|---|
 | no connection | retry with pauses until `patience_s` is over, then `Unreachable` |
 | connection lost after sending, 502, 503, 504 | retry if the request may be repeated, else `Unreachable` |
+| 502, 503, 504 to a download or a stream | the same; then `Refused` if the service says why |
 | 429 to a download, or to a stream that is taken up again | retry with pauses, then `Refused` |
 | 401, 403 | `KeyRefused` |
 | other 4xx, 5xx | `Refused` with the invalid fields |
@@ -48,11 +49,11 @@ Response = httpx.Response
 Sleep = Callable[[float], None]
 
 
-class _TooMany(httpx.HTTPError):
-    """The service answered 429 to a request that is repeated."""
+class _NotNow(httpx.HTTPError):
+    """The service refused a request that is repeated."""
 
     def __init__(self, refused: Refused) -> None:
-        super().__init__(refused.message)
+        super().__init__(f"the service answered {refused.status}")
         self.refused = refused
 
 
@@ -169,7 +170,7 @@ class Transport:
         try:
             head = self._request("HEAD", path, repeated=_BUSY_OR_TOO_MANY, sleep=sleep)
         except Refused:
-            with suppress(httpx.HTTPError), self._streamed(path):
+            with suppress(httpx.HTTPError), self._streamed(path, repeated=()):
                 pass  # An answer to HEAD has no details; this one raises them.
             raise
         etag, sha256 = _etag(head), expected_sha256(head.headers)
@@ -261,11 +262,9 @@ class Transport:
     ) -> Iterator[httpx.Response]:  # fmt: skip
         """Open a stream; the errors of the HTTP library that it raises are those after which it is tried again."""
         with _utf8_only(), self._http.stream("GET", path, **parts) as response:
-            if response.status_code == _TOO_MANY and _TOO_MANY in repeated:
-                response.read()
-                raise _TooMany(_refusal(response))
             if response.status_code in repeated:
-                raise httpx.RemoteProtocolError(f"the service answered {response.status_code}")
+                response.read()
+                raise _NotNow(_refusal(response))
             if response.is_error and not (response.status_code == 416 and _is_whole(response, whole_at)):
                 response.read()
                 _checked(response)
@@ -284,8 +283,13 @@ class Transport:
         yield None
 
     def _given_up(self, error: httpx.HTTPError) -> LippmannError:
-        """Return the error to raise when patience is over: what the service answered, if it is there."""
-        return error.refused if isinstance(error, _TooMany) else self._unreachable(error)
+        """Return the error to raise when patience is over: what the service answered, if it is there.
+
+        Without a code, the answer is that of a proxy, whose service is not there.
+        """
+        if isinstance(error, _NotNow) and (error.refused.code or error.refused.status == _TOO_MANY):
+            return error.refused
+        return self._unreachable(error)
 
     def _unreachable(self, error: Exception) -> Unreachable:
         return Unreachable(f"expected a service at {self.url}, got: {str(error) or type(error).__name__}")

@@ -13,12 +13,13 @@ from typing import Any
 
 import pytest
 
-from lippmann.client import fetch_record
+from lippmann.client import Refused, fetch_record
 from lippmann.client.fetch import fetch_job
 from lippmann.client.fetch_record import RECORD, Fetched, FetchRecord, _delete_files, check_folder
+from lippmann.client.missing import Why
 from lippmann.errors import BadInput
 from lippmann.job.spec import parse_spec
-from lippmann.job.states import FrameStatus, JobStatus
+from lippmann.job.states import FrameStatus, JobStatus, TaskStatus
 from tests.waiting import ENOUGH_S
 
 FILES = (
@@ -250,6 +251,32 @@ def test_chosen_outputs_come_alone_and_with_the_pictures_of_frames(tmp_path: Pat
     assert not result.missing
     fetch_job(service, "j", tmp_path, outputs=["views.mp4"], frames="2")
     assert sorted(service.asked) == sorted((*grid, "video/views.mp4", "orthoscopic/0002.exr"))
+
+
+@pytest.mark.parametrize(
+    ("code", "why"), [("artifact-repairing", Why.RUNNING), ("artifact-broken", Why.DAMAGED)], ids=str
+)
+def test_a_damaged_file_prevents_no_other_also_while_the_farm_makes_it_again(
+    tmp_path: Path, code: str, why: Why
+) -> None:
+    service: Any = Service((*FILES, "video/views.mp4"))
+    service.outputs = ["views.mp4"]
+    made = SimpleNamespace(output="views.mp4", status=TaskStatus.DONE, error=None)
+    service.tasks = lambda job_id, **what: iter([made])
+    really = service.download
+
+    def download(job_id: str, name: str, path: Path, **how: Any) -> Any:
+        if name in ("orthoscopic/0001.exr", "video/views.mp4"):
+            raise Refused(f"{name} is damaged", status=503, code=code)
+        return really(job_id, name, path, **how)
+
+    service.download = download
+    result = fetch_job(service, "j", tmp_path, parallel=1)
+    assert [path.name for path in result.files] == ["0002.png"]
+    first, _ = result.missing.frames
+    (video,) = result.missing.outputs
+    assert (first.frame, first.why, first.error) == (1, why, "orthoscopic/0001.exr is damaged")
+    assert (video.output, video.why, video.error) == ("views.mp4", why, "video/views.mp4 is damaged")
 
 
 @pytest.mark.parametrize("name", ["../x", "exports/../../x", "/tmp/x", ""])
