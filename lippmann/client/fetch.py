@@ -107,17 +107,17 @@ def fetch_job(
         folder, state.job.id, etags=lambda: _etags(client, job_id, state.job.spec), is_demo=is_demo
     ) as record:
         downloaded, damaged = _Downloads(client, job_id, record, masters=masters).run(wanted, parallel=parallel)
-    whole = [artifact.name for artifact in wanted if artifact.name not in damaged]
-    missing = find_missing(
-        state,
-        set(whole),
-        {name: error.message for name, error in damaged.items()},
-        repairing={name for name, error in damaged.items() if error.code == ArtifactRepairing.code},
-        frames=chosen.frames,
-        kinds=chosen.kinds,
-        outputs=chosen.outputs,
-    )
-    write_missing(folder, missing)
+        whole = [artifact.name for artifact in wanted if artifact.name not in damaged]
+        missing = find_missing(
+            state,
+            set(whole),
+            {name: error.message for name, error in damaged.items()},
+            repairing={name for name, error in damaged.items() if error.code == ArtifactRepairing.code},
+            frames=chosen.frames,
+            kinds=chosen.kinds,
+            outputs=chosen.outputs,
+        )
+        write_missing(folder, missing)
     return FetchResult(
         folder,
         tuple(folder / _place(name, masters=masters) for name in whole),

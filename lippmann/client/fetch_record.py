@@ -3,13 +3,16 @@
     .fetched.json   {"job": "01k...", "demo": false,
                      "files": {"integral/0001.png": {"etag": "...", "size": 1234, "mtime_ns": 1780000000000000000}}}
 
-A folder belongs to one job. The next demo takes over the folder of a demo, whose files are deleted. A folder with a
-file that has changed since it was downloaded is refused to that demo, because the file may be the user's.
+A folder belongs to one job, and one fetch at a time writes to it. The next demo takes over the folder of a demo, whose
+files are deleted. A folder with a file that has changed since it was downloaded is refused to that demo, because the
+file may be the user's.
 """
 
 from __future__ import annotations
 
+import fcntl
 import json
+import os
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
@@ -20,6 +23,7 @@ from pathlib import Path
 from lippmann.errors import BadInput
 
 RECORD = ".fetched.json"
+LOCK = ".fetched.lock"
 SAVED_EVERY_S = 5.0
 """The interval at which the record is written while files are downloaded, s."""
 PICTURES = ("integral", "orthoscopic", "device", "views")
@@ -99,8 +103,17 @@ def record_of(
     Raises
     ------
     BadInput
-        If the folder holds the files of another job, or cannot be written.
+        If the folder holds the files of another job, cannot be written, or another fetch writes to it.
     """
+    with _alone_in(folder):
+        record = _opened(folder, job_id, etags=etags, is_demo=is_demo)
+        try:
+            yield record
+        finally:
+            record.save()
+
+
+def _opened(folder: Path, job_id: str, *, etags: Callable[[], Mapping[str, str]], is_demo: bool) -> FetchRecord:
     found = check_folder(folder, job_id=job_id, is_demo=is_demo)
     known = {} if found is None else found.known
     if found is not None and found.job_id is None and known:
@@ -114,14 +127,58 @@ def record_of(
         is_demo = is_demo or found.is_demo  # A further fetch of a demo leaves its folder to the next demo.
     record = FetchRecord(folder, job_id, is_demo, known)
     try:
-        folder.mkdir(parents=True, exist_ok=True)
         write_record(record)
     except OSError as error:
-        raise BadInput(f"expected a folder to write, got {folder}: {error.strerror}") from error
+        raise _not_writable(folder, error) from error
+    return record
+
+
+@contextmanager
+def _alone_in(folder: Path) -> Iterator[None]:
+    """Keep other fetches out of a folder, because two would write the same temporary files; make it if there is none.
+
+    The lock ends with the process. Its file is removed at the end, so a fetch that has opened it just before looks
+    whether it still is the file of the folder. A file system without locks keeps nobody out.
+    """
+    while True:
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            descriptor = os.open(folder / LOCK, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
+        except OSError as error:
+            raise _not_writable(folder, error) from error
+        try:
+            _lock(descriptor, folder)
+            if not _is_at(folder / LOCK, descriptor):
+                continue
+            try:
+                yield
+            finally:
+                (folder / LOCK).unlink(missing_ok=True)
+            return
+        finally:
+            os.close(descriptor)
+
+
+def _lock(descriptor: int, folder: Path) -> None:
     try:
-        yield record
-    finally:
-        record.save()
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        raise BadInput(
+            f"--out: expected a folder that no other fetch uses, got {folder}, to which one writes"
+        ) from None
+    except OSError:
+        return  # This file system has no locks.
+
+
+def _is_at(path: Path, descriptor: int) -> bool:
+    try:
+        return os.path.samestat(path.stat(), os.fstat(descriptor))
+    except FileNotFoundError:
+        return False
+
+
+def _not_writable(folder: Path, error: OSError) -> BadInput:
+    return BadInput(f"expected a folder to write, got {folder}: {error.strerror}")
 
 
 def check_folder(folder: Path, *, job_id: str | None, is_demo: bool = False) -> FetchRecord | None:

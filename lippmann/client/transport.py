@@ -10,6 +10,7 @@
 | other 4xx, 5xx | `Refused` with the invalid fields |
 | 206 | append the rest of a download |
 | 200 to a request for the rest | the file changed, or ranges are not served: download from the start |
+| 416 to a request for the rest | the file is here whole; if what is here is longer, download from the start |
 | 307 to a download | download from the server of the store; see `direct` |
 | a download whose digest is not the one that the service told | `Refused` |
 """
@@ -216,6 +217,15 @@ class Transport:
                 sleep(pause_s)
 
     def _append(self, path: str, part: Path, *, etag: str, on_bytes: OnBytes | None, is_direct: bool = False) -> str:
+        try:
+            return self._append_rest(path, part, etag=etag, on_bytes=on_bytes, is_direct=is_direct)
+        except Refused as error:
+            if error.status != HTTPStatus.REQUESTED_RANGE_NOT_SATISFIABLE:
+                raise
+        part.unlink(missing_ok=True)  # It is longer than the file, so it is no part of it.
+        return self._append_rest(path, part, etag=etag, on_bytes=on_bytes, is_direct=is_direct)
+
+    def _append_rest(self, path: str, part: Path, *, etag: str, on_bytes: OnBytes | None, is_direct: bool) -> str:
         here = size_of(part) if etag else 0
         headers = {"Range": f"bytes={here}-", "If-Range": etag} if here else {}
         if is_direct:

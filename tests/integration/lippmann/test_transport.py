@@ -197,6 +197,15 @@ def test_a_file_that_is_damaged_on_the_service_is_never_kept_as_a_whole_one(tmp_
     assert list(tmp_path.iterdir()) == []
 
 
+def test_what_is_here_and_longer_than_the_file_is_no_part_of_it(tmp_path: Path) -> None:
+    part = _part_of(tmp_path / "file")
+    part.write_bytes(DATA + b"?")
+    with _serving(_file(DATA)) as server, _talking_to(server) as transport:
+        transport.download("/file", tmp_path / "file")
+    assert (tmp_path / "file").read_bytes() == DATA
+    assert [path.name for path in tmp_path.iterdir()] == ["file"]
+
+
 def test_a_picture_that_is_made_when_asked_for_comes_from_the_start_each_time(tmp_path: Path) -> None:
     with _serving(_file(DATA, breaks=2)) as server, _talking_to(server) as transport:
         transport.download_made("/file", tmp_path / "file", params={"format": "png"})

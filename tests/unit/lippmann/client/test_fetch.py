@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import fcntl
 import json
 import os
 import threading
@@ -15,7 +17,7 @@ import pytest
 
 from lippmann.client import Refused, fetch_record
 from lippmann.client.fetch import fetch_job
-from lippmann.client.fetch_record import RECORD, Fetched, FetchRecord, _delete_files, check_folder
+from lippmann.client.fetch_record import LOCK, RECORD, Fetched, FetchRecord, _delete_files, check_folder
 from lippmann.client.missing import Why
 from lippmann.errors import BadInput
 from lippmann.job.spec import parse_spec
@@ -152,6 +154,49 @@ def test_a_folder_belongs_to_one_job(tmp_path: Path) -> None:
         fetch_job(service, "two", tmp_path)
     assert sorted(tmp_path.rglob("*")) == before
     assert fetch_job(service, "one", tmp_path, masters=True).fetched == 4
+
+
+@pytest.mark.parametrize("has_just_ended", [False, True])
+def test_one_fetch_at_a_time_writes_to_a_folder(
+    tmp_path: Path, has_just_ended: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A fetch that has just ended has removed the file that another one has opened to lock it."""
+    really_locked = fcntl.flock
+    ended = [has_just_ended]
+
+    def flock(descriptor: int, how: int) -> None:
+        if ended.pop(0) if ended else False:
+            (tmp_path / LOCK).unlink()
+        really_locked(descriptor, how)
+
+    monkeypatch.setattr(fcntl, "flock", flock)
+    first: Any = Service()
+    second: Any = Service()
+    refused: list[str] = []
+    really = first.download
+
+    def download(*what: Any, **how: Any) -> Any:
+        with pytest.raises(
+            BadInput, match=r"--out: expected a folder that no other fetch uses, got .*, to which one"
+        ) as said:
+            fetch_job(second, "one", tmp_path)
+        refused.append(said.value.message)
+        return really(*what, **how)
+
+    first.download = download
+    assert fetch_job(first, "one", tmp_path).fetched == len(refused) == 2
+    assert second.asked == []
+    assert not (tmp_path / LOCK).exists()
+    assert fetch_job(second, "one", tmp_path).fetched == 0
+
+
+def test_a_folder_on_a_disk_without_locks_is_written_to(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def no_locks(descriptor: int, how: int) -> None:
+        raise OSError(errno.ENOLCK, "No locks available")
+
+    monkeypatch.setattr(fcntl, "flock", no_locks)
+    service: Any = Service()
+    assert fetch_job(service, "one", tmp_path).fetched == 2
 
 
 def test_a_folder_with_pictures_that_no_fetch_has_brought_is_refused(tmp_path: Path) -> None:
