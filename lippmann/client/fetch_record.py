@@ -61,7 +61,7 @@ class FetchRecord:
 
     folder: Path
     job_id: str | None
-    """The job; None in a record of an earlier release, which does not name it, and in one that cannot be read."""
+    """The job; None in a record of an earlier release, which does not name it."""
     is_demo: bool
     known: dict[str, Fetched]
     _saved_s: float = field(default_factory=time.monotonic)
@@ -182,7 +182,7 @@ def _not_writable(folder: Path, error: OSError) -> BadInput:
 
 
 def check_folder(folder: Path, *, job_id: str | None, is_demo: bool = False) -> FetchRecord | None:
-    """Return the record of a folder; None for a folder without a record.
+    """Return the record of a folder; None for a folder without a record that can be read.
 
     Parameters
     ----------
@@ -194,14 +194,18 @@ def check_folder(folder: Path, *, job_id: str | None, is_demo: bool = False) -> 
     Raises
     ------
     BadInput
-        If the folder holds the files of another job, or files that no job has brought. A demo is a new job, so the
+        If the folder holds the files of another job, or files of which no record says that a fetch has brought them;
+        without it, those of two jobs would be mixed. A demo is a new job, so the
         files of a job that the record does not name are those of another one.
     """
     found = _read_record(folder)
     if found is None:
         ours = [name for name in (*PICTURES, *MASTERS_ONLY, *OUTPUTS) if (folder / name).exists()]
         if ours:
-            raise _taken(folder, f"{ours[0]}/, which no fetch has brought", job_id)
+            why = (
+                f"whose record {RECORD} cannot be read" if (folder / RECORD).exists() else "which no fetch has brought"
+            )
+            raise _taken(folder, f"{ours[0]}/, {why}", job_id)
     elif found.job_id is None:
         if is_demo and found.known:
             raise _taken(folder, "the files of a job that an earlier release has fetched", job_id)
@@ -240,30 +244,31 @@ def _remove_empty(folder: Path, top: Path) -> None:
 
 
 def _read_record(folder: Path) -> FetchRecord | None:
-    nameless = FetchRecord(folder, None, is_demo=False, known={})
     try:
         data = json.loads((folder / RECORD).read_bytes())
-    except (FileNotFoundError, NotADirectoryError):
-        return None
     except (OSError, ValueError):
-        return nameless  # A damaged record costs downloads and nothing else.
+        return None
     try:
         named = isinstance(data.get("files"), dict)  # The record of an earlier release has the files alone.
         files = data["files"] if named else data
         known = {
             name: Fetched(Path(name), one["etag"], one["size"], one.get("mtime_ns")) for name, one in files.items()
         }
-        return FetchRecord(folder, data.get("job") if named else None, bool(named and data.get("demo")), known)
+        record = FetchRecord(folder, data.get("job") if named else None, bool(named and data.get("demo")), known)
     except (KeyError, TypeError, AttributeError):
-        return nameless
+        return None
+    return None if record.job_id is None and not known else record  # It names nothing.
 
 
 def write_record(record: FetchRecord) -> None:
-    """Write a record atomically."""
+    """Write a record atomically, also if the power fails."""
     beside = record.folder / f"{RECORD}.part"
     files = {
         name: {key: value for key, value in asdict(one).items() if key != "path"} for name, one in record.known.items()
     }
     data = {"job": record.job_id, "demo": record.is_demo, "files": files}
-    beside.write_text(json.dumps(data, indent=1, sort_keys=True))
+    with beside.open("w") as file:
+        file.write(json.dumps(data, indent=1, sort_keys=True))
+        file.flush()
+        os.fsync(file.fileno())  # Else a power failure may leave an empty record, and the folder is refused.
     beside.replace(record.folder / RECORD)

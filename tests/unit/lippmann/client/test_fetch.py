@@ -6,6 +6,7 @@ import errno
 import fcntl
 import json
 import os
+import shutil
 import threading
 import time
 from collections.abc import Iterator, Sequence
@@ -207,6 +208,30 @@ def test_a_folder_with_pictures_that_no_fetch_has_brought_is_refused(tmp_path: P
         fetch_job(service, "j", tmp_path)
     (tmp_path / "integral").rmdir()
     assert fetch_job(service, "j", tmp_path).fetched == 2
+
+
+@pytest.mark.parametrize("record", ["", "{", "[]", "{}", '{"files": 7}', '{"job": null, "files": {}}'])
+def test_a_folder_whose_record_is_damaged_is_refused_lest_two_jobs_are_mixed(tmp_path: Path, record: str) -> None:
+    service: Any = Service()
+    fetch_job(service, "one", tmp_path)
+    (tmp_path / RECORD).write_text(record)
+    for job_id in ("one", "two"):
+        with pytest.raises(BadInput, match=r"with orthoscopic/, whose record \.fetched\.json cannot be read"):
+            fetch_job(service, job_id, tmp_path)
+    assert (tmp_path / RECORD).read_text() == record
+    shutil.rmtree(tmp_path / "orthoscopic")
+    assert fetch_job(service, "two", tmp_path).fetched == 2
+
+
+def test_the_record_is_on_the_disk_before_it_has_its_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    written: list[tuple[int, bool]] = []
+
+    def fsync(descriptor: int) -> None:
+        written.append((os.fstat(descriptor).st_size, (tmp_path / RECORD).exists()))
+
+    monkeypatch.setattr(os, "fsync", fsync)
+    fetch_record.write_record(FetchRecord(tmp_path, "one", is_demo=False, known={}))
+    assert written == [((tmp_path / RECORD).stat().st_size, False)]
 
 
 def test_the_record_of_an_earlier_release_is_that_of_the_job_whose_files_it_names(tmp_path: Path) -> None:
