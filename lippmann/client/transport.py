@@ -283,14 +283,14 @@ class Transport:
             yield response
 
     def _pauses(self) -> Iterator[float | None]:
-        """Yield the pauses between attempts, and None when `patience_s` is over."""
+        """Yield the pauses between attempts, and None for ever when `patience_s` is over."""
         until = time.monotonic() + self._patience_s
         for attempt in itertools.count():
             pause_s = min(0.1 * 2**attempt, 2.0)
             if time.monotonic() + pause_s > until:
                 break
             yield pause_s
-        yield None
+        yield from itertools.repeat(None)
 
     def _given_up(self, error: httpx.HTTPError) -> LippmannError:
         """Return the error to raise when patience is over: what the service answered, if it is there.

@@ -312,6 +312,17 @@ def test_a_stream_of_a_service_that_is_gone_ends_when_patience_does() -> None:
             next(transport.events("/events", params={}))
 
 
+@pytest.mark.parametrize("patience_s", [0.0, 0.05, 0.3])
+def test_a_stream_that_ended_in_order_and_does_not_come_back_ends_with_the_reason(patience_s: float) -> None:
+    stream = b"id: 1\nevent: frame\ndata: 1\n\n"
+    once = _first(1, lambda handler: handler.say(200, stream, Content_Type="text/event-stream"), then=_Handler.hang_up)
+    with _serving(once) as server, _talking_to(server, patience_s=patience_s) as transport:
+        events = transport.events("/events", params={})
+        assert next(events).data == 1
+        with pytest.raises(Unreachable, match="expected a service at"):
+            next(events)
+
+
 @pytest.mark.parametrize(("url", "key"), [("http://[::1", "k"), ("http://127.0.0.1", "schlüssel\n")])
 def test_a_url_or_key_that_cannot_be_is_refused(url: str, key: str) -> None:
     with pytest.raises(BadInput, match="expected a URL and a key"):
