@@ -115,7 +115,7 @@ class Client:
         The URL `webhook` gets a signed message when the job has ended; see docs/webhooks.md.
         """
         headers = {"Idempotency-Key": idempotency_key or uuid.uuid4().hex}
-        params = {"webhook": webhook} if webhook else {}
+        params = {} if webhook is None else {"webhook": webhook}
         answer = self._transport.request(
             "POST", f"{_API}/jobs", params=params, json=_job_file(job), headers=headers, repeatable=True
         )
