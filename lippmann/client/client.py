@@ -598,7 +598,7 @@ def _answered(shape: type[Shape], response: Response) -> Shape:
 
 
 def _check_done(response: Response) -> None:
-    if response.status_code != HTTPStatus.NO_CONTENT:
+    if response.status_code not in (HTTPStatus.NO_CONTENT, HTTPStatus.NOT_FOUND):  # See `Transport.request` for 404.
         raise NotLippmann.at(response.url, f"{response.status_code}")
 
 

@@ -5,6 +5,7 @@
 | no connection | retry with pauses until `patience_s` is over, then `Unreachable` |
 | connection lost after sending, 502, 503, 504 | retry if the request may be repeated, else `Unreachable` |
 | 502, 503, 504 to a download or a stream | the same; then `Refused` if the service says why |
+| 404 to a DELETE that is sent again after its answer was lost | it is done |
 | 429 to a download, or to a stream that is taken up again | retry with pauses, then `Refused` |
 | 401, 403 | `KeyRefused` |
 | other 4xx, 5xx | `Refused` with the invalid fields |
@@ -44,6 +45,8 @@ SILENCE_S = 45.0
 """A stream that is silent for longer, s, is opened again; the service sends a comment every 15 s."""
 
 _BUSY = frozenset({502, 503, 504})
+_LOST = frozenset({502, 504})
+"""The statuses with which a proxy answers that has sent a request and has no answer."""
 _TOO_MANY = 429
 _BUSY_OR_TOO_MANY = _BUSY | {_TOO_MANY}
 Response = httpx.Response
@@ -94,6 +97,9 @@ class Transport:
     def request(self, method: str, path: str, *, repeatable: bool | None = None, **parts: Any) -> httpx.Response:
         """Send a request and return the response.
 
+        The response is no error, but for the 404 to a DELETE that was sent again because its answer was lost: what it
+        removes is gone.
+
         Parameters
         ----------
         repeatable
@@ -108,16 +114,22 @@ class Transport:
         self, method: str, path: str, *, repeated: Collection[int], sleep: Sleep, **parts: Any
     ) -> httpx.Response:
         """Send a request, again after the `repeated` statuses; without any, it is sent at most once."""
+        may_have_arrived = False
         for pause_s in self._pauses():
             try:
                 with _utf8_only():
                     response = self._http.request(method, path, **parts)
             except httpx.HTTPError as error:
-                if pause_s is None or not (repeated or isinstance(error, httpx.ConnectError | httpx.ConnectTimeout)):
+                is_sent = not isinstance(error, httpx.ConnectError | httpx.ConnectTimeout)
+                if pause_s is None or (is_sent and not repeated):
                     raise self._unreachable(error) from error
+                may_have_arrived |= is_sent
             else:
+                if method == "DELETE" and may_have_arrived and response.status_code == HTTPStatus.NOT_FOUND:
+                    return response
                 if pause_s is None or response.status_code not in repeated:
                     return _checked(response)
+                may_have_arrived |= response.status_code in _LOST
             sleep(pause_s)
         raise AssertionError("the last pause is None")
 

@@ -238,6 +238,28 @@ def test_a_move_that_may_have_arrived_is_not_sent_again() -> None:
         assert len(server.asked) == 1
 
 
+@pytest.mark.parametrize("lost", [_Handler.hang_up, lambda handler: handler.say(502)], ids=["broken", "proxy"])
+def test_a_removal_whose_answer_is_lost_is_done_when_there_is_nothing_to_remove(lost: Answer) -> None:
+    problem = json.dumps({"detail": "there is no job", "code": "not-found"}).encode()
+    gone: Answer = lambda handler: handler.say(404, problem)  # noqa: E731
+    with _serving(_first(1, lost, then=gone)) as server, Client(server.url, "k", patience_s=ENOUGH_S) as client:
+        client.delete("one")
+        assert [method for method, _, _ in server.asked] == ["DELETE"] * 2
+        with pytest.raises(Refused, match="there is no job"):
+            client.delete("two")
+
+
+@pytest.mark.parametrize("removes", [True, False])
+def test_what_was_not_removed_is_missing_as_before(removes: bool) -> None:
+    """A busy service has removed nothing, and a job that is read anew may not be gone."""
+    busy: Answer = lambda handler: handler.say(503) if removes else handler.hang_up()  # noqa: E731
+    gone: Answer = lambda handler: handler.say(404)  # noqa: E731
+    with _serving(_first(1, busy, then=gone)) as server, Client(server.url, "k", patience_s=ENOUGH_S) as client:
+        with pytest.raises(Refused) as caught:
+            (client.delete if removes else client.job)("one")
+        assert (caught.value.status, len(server.asked)) == (404, 2)
+
+
 def test_a_service_that_is_busy_is_asked_again_until_patience_ends() -> None:
     busy = _first(2, lambda handler: handler.say(503), then=lambda handler: handler.say(200, b"{}"))
     with _serving(busy) as server, _talking_to(server) as transport:
