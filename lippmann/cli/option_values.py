@@ -1,4 +1,4 @@
-"""Parse options that hold several numbers: `--eye 0,20,400`, `--stack -10:10:5`, the lenses over a picture."""
+"""Parse options that hold several numbers: `--frames 1-8`, `--eye 0,20,400`, `--stack -10:10:5`, `--lenses 115x100`."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import re
 import warnings
 
 from lippmann.errors import BadInput, LayoutError
+from lippmann.job.animation.frames import parse_frames
 from lippmann.lattice.cell import Lattice
 from lippmann.lattice.layout import CellLayout
 
@@ -45,6 +46,13 @@ def numbers_of(text: str, separator: str, *, count: int, expected: str) -> tuple
     if len(numbers) != count or not all(map(math.isfinite, numbers)):
         raise BadInput(f"expected {expected}, got {text}")
     return numbers
+
+
+def frames_of(text: str | None) -> tuple[int, ...] | None:
+    """Parse the frames of `--frames`; None without the option, which an empty text is not: a variable may be empty."""
+    if text is not None and not text.strip():
+        raise BadInput(f"--frames: expected frames such as 1-48:2,60, got {text!r}")
+    return None if text is None else parse_frames(text)
 
 
 def eye_of(text: str) -> tuple[float, float, float]:

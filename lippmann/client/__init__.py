@@ -4,6 +4,7 @@ client        jobs, scenes, files and keys of a service
 connection    the service that a command works with
 address       where the service is, and the key to it
 transport     HTTP: keys, retries, problem details, resumed downloads
+http_client   a client of the HTTP library, with the proxies of the environment
 direct        downloads from the server of the store
 partial_file  the temporary file of a download
 stream        server-sent events

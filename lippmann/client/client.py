@@ -115,7 +115,7 @@ class Client:
         The URL `webhook` gets a signed message when the job has ended; see docs/webhooks.md.
         """
         headers = {"Idempotency-Key": idempotency_key or uuid.uuid4().hex}
-        params = {"webhook": webhook} if webhook else {}
+        params = {} if webhook is None else {"webhook": webhook}
         answer = self._transport.request(
             "POST", f"{_API}/jobs", params=params, json=_job_file(job), headers=headers, repeatable=True
         )
@@ -598,7 +598,7 @@ def _answered(shape: type[Shape], response: Response) -> Shape:
 
 
 def _check_done(response: Response) -> None:
-    if response.status_code != HTTPStatus.NO_CONTENT:
+    if response.status_code not in (HTTPStatus.NO_CONTENT, HTTPStatus.NOT_FOUND):  # See `Transport.request` for 404.
         raise NotLippmann.at(response.url, f"{response.status_code}")
 
 

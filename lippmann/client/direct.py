@@ -16,6 +16,9 @@ from urllib.parse import urlsplit
 
 import httpx
 
+from lippmann.client.http_client import new_http_client
+from lippmann.errors import BadInput
+
 ASKS: Mapping[str, str] = {"Prefer": "redirect"}
 """The header with which a client asks for a redirect; services of earlier versions ignore it."""
 _SHA256 = re.compile(r"(?:^|,)\s*sha-256=:([A-Za-z0-9+/=]+):")
@@ -73,20 +76,20 @@ class StoreServer:
         self._check(url)
         headers = {"If-Match": etag, "Accept-Encoding": "identity"} | ({"Range": f"bytes={start}-"} if start else {})
         try:
-            with self._client().stream("GET", url, headers=headers) as response:
+            with self._client(url).stream("GET", url, headers=headers) as response:
                 if response.status_code not in (200, 206, 416):
                     raise NotDirect(f"the server of the store answered {response.status_code}")
                 yield response
-        except (httpx.ConnectError, httpx.ConnectTimeout) as error:
+        except (httpx.ConnectError, httpx.ConnectTimeout, BadInput) as error:
             self.is_reachable = False
             raise NotDirect(f"the server of the store cannot be reached: {error}") from error
         except httpx.InvalidURL as error:
             raise NotDirect(f"expected the URL of a file, got {url!r}") from error
 
-    def _client(self) -> httpx.Client:
+    def _client(self, url: str) -> httpx.Client:
         with self._lock:  # Made on first use, by one of the threads that download.
             if self._http is None:
-                self._http = httpx.Client(timeout=httpx.Timeout(30.0, connect=3.0))
+                self._http = new_http_client(url, timeout=httpx.Timeout(30.0, connect=3.0))
             return self._http
 
     def _check(self, url: str) -> None:

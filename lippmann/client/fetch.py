@@ -26,11 +26,12 @@ from lippmann.job.animation.frames import format_frames, parse_frames
 from lippmann.job.spec import JobSpec
 from lippmann.plan.makers import maker_of
 from lippmann.terminal.progress import ProgressLine, size_text
+from service.errors import ArtifactRepairing
 from service.schemas.artifact import Artifact
 
 PARALLEL = 4
 """The number of files that are downloaded at the same time."""
-_DAMAGED = frozenset({ArtifactBroken.code, ArtifactMissing.code})
+_DAMAGED = frozenset({ArtifactBroken.code, ArtifactMissing.code, ArtifactRepairing.code})
 """The codes of refusals that are about one file; the others are fetched nevertheless."""
 
 
@@ -106,9 +107,17 @@ def fetch_job(
         folder, state.job.id, etags=lambda: _etags(client, job_id, state.job.spec), is_demo=is_demo
     ) as record:
         downloaded, damaged = _Downloads(client, job_id, record, masters=masters).run(wanted, parallel=parallel)
-    whole = [artifact.name for artifact in wanted if artifact.name not in damaged]
-    missing = find_missing(state, set(whole), damaged, frames=chosen.frames, kinds=chosen.kinds, outputs=chosen.outputs)
-    write_missing(folder, missing)
+        whole = [artifact.name for artifact in wanted if artifact.name not in damaged]
+        missing = find_missing(
+            state,
+            set(whole),
+            {name: error.message for name, error in damaged.items()},
+            repairing={name for name, error in damaged.items() if error.code == ArtifactRepairing.code},
+            frames=chosen.frames,
+            kinds=chosen.kinds,
+            outputs=chosen.outputs,
+        )
+        write_missing(folder, missing)
     return FetchResult(
         folder,
         tuple(folder / _place(name, masters=masters) for name in whole),
@@ -180,13 +189,13 @@ class _Downloads:
         self._masters = masters
         self._is_over = threading.Event()
 
-    def run(self, wanted: Sequence[Artifact], *, parallel: int) -> tuple[list[Fetched], Mapping[str, str]]:
-        """Download what is not complete; return that, and the damaged artifacts with the messages of the service."""
+    def run(self, wanted: Sequence[Artifact], *, parallel: int) -> tuple[list[Fetched], Mapping[str, Refused]]:
+        """Download what is not complete; return that, and the damaged artifacts with the refusals of the service."""
         known, folder = self._record.known, self._record.folder
         places = {artifact.name: _place(artifact.name, masters=self._masters) for artifact in wanted}
         todo = [one for one in wanted if not _is_complete(folder, known.get(places[one.name].as_posix()), one)]
         done: list[Fetched] = []
-        damaged: dict[str, str] = {}
+        damaged: dict[str, Refused] = {}
         with ThreadPoolExecutor(parallel) as pool, ProgressLine(f"fetch {self._job_id}") as line:
             running = {pool.submit(self._download, one, places[one.name]): one for one in todo}
             try:
@@ -196,7 +205,7 @@ class _Downloads:
                     except Refused as error:
                         if error.code not in _DAMAGED:
                             raise
-                        damaged[running[future].name] = error.message
+                        damaged[running[future].name] = error
                     count = len(wanted) - len(todo) + len(done) + len(damaged)
                     total = size_text(sum(one.size for one in done))
                     text = f"{count} of {len(wanted)} files, {total}"

@@ -3,13 +3,16 @@
     .fetched.json   {"job": "01k...", "demo": false,
                      "files": {"integral/0001.png": {"etag": "...", "size": 1234, "mtime_ns": 1780000000000000000}}}
 
-A folder belongs to one job. The next demo takes over the folder of a demo, whose files are deleted. A folder with a
-file that has changed since it was downloaded is refused to that demo, because the file may be the user's.
+A folder belongs to one job, and one fetch at a time writes to it. The next demo takes over the folder of a demo, whose
+files are deleted. A folder with a file that has changed since it was downloaded is refused to that demo, because the
+file may be the user's.
 """
 
 from __future__ import annotations
 
+import fcntl
 import json
+import os
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
@@ -20,6 +23,7 @@ from pathlib import Path
 from lippmann.errors import BadInput
 
 RECORD = ".fetched.json"
+LOCK = ".fetched.lock"
 SAVED_EVERY_S = 5.0
 """The interval at which the record is written while files are downloaded, s."""
 PICTURES = ("integral", "orthoscopic", "device", "views")
@@ -57,7 +61,7 @@ class FetchRecord:
 
     folder: Path
     job_id: str | None
-    """The job; None in a record of an earlier release, which does not name it, and in one that cannot be read."""
+    """The job; None in a record of an earlier release, which does not name it."""
     is_demo: bool
     known: dict[str, Fetched]
     _saved_s: float = field(default_factory=time.monotonic)
@@ -99,8 +103,17 @@ def record_of(
     Raises
     ------
     BadInput
-        If the folder holds the files of another job, or cannot be written.
+        If the folder holds the files of another job, cannot be written, or another fetch writes to it.
     """
+    with _alone_in(folder):
+        record = _opened(folder, job_id, etags=etags, is_demo=is_demo)
+        try:
+            yield record
+        finally:
+            record.save()
+
+
+def _opened(folder: Path, job_id: str, *, etags: Callable[[], Mapping[str, str]], is_demo: bool) -> FetchRecord:
     found = check_folder(folder, job_id=job_id, is_demo=is_demo)
     known = {} if found is None else found.known
     if found is not None and found.job_id is None and known:
@@ -114,18 +127,62 @@ def record_of(
         is_demo = is_demo or found.is_demo  # A further fetch of a demo leaves its folder to the next demo.
     record = FetchRecord(folder, job_id, is_demo, known)
     try:
-        folder.mkdir(parents=True, exist_ok=True)
         write_record(record)
     except OSError as error:
-        raise BadInput(f"expected a folder to write, got {folder}: {error.strerror}") from error
+        raise _not_writable(folder, error) from error
+    return record
+
+
+@contextmanager
+def _alone_in(folder: Path) -> Iterator[None]:
+    """Keep other fetches out of a folder, because two would write the same temporary files; make it if there is none.
+
+    The lock ends with the process. Its file is removed at the end, so a fetch that has opened it just before looks
+    whether it still is the file of the folder. A file system without locks keeps nobody out.
+    """
+    while True:
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            descriptor = os.open(folder / LOCK, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
+        except OSError as error:
+            raise _not_writable(folder, error) from error
+        try:
+            _lock(descriptor, folder)
+            if not _is_at(folder / LOCK, descriptor):
+                continue
+            try:
+                yield
+            finally:
+                (folder / LOCK).unlink(missing_ok=True)
+            return
+        finally:
+            os.close(descriptor)
+
+
+def _lock(descriptor: int, folder: Path) -> None:
     try:
-        yield record
-    finally:
-        record.save()
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        raise BadInput(
+            f"--out: expected a folder that no other fetch uses, got {folder}, to which one writes"
+        ) from None
+    except OSError:
+        return  # This file system has no locks.
+
+
+def _is_at(path: Path, descriptor: int) -> bool:
+    try:
+        return os.path.samestat(path.stat(), os.fstat(descriptor))
+    except FileNotFoundError:
+        return False
+
+
+def _not_writable(folder: Path, error: OSError) -> BadInput:
+    return BadInput(f"expected a folder to write, got {folder}: {error.strerror}")
 
 
 def check_folder(folder: Path, *, job_id: str | None, is_demo: bool = False) -> FetchRecord | None:
-    """Return the record of a folder; None for a folder without a record.
+    """Return the record of a folder; None for a folder without a record that can be read.
 
     Parameters
     ----------
@@ -137,14 +194,18 @@ def check_folder(folder: Path, *, job_id: str | None, is_demo: bool = False) -> 
     Raises
     ------
     BadInput
-        If the folder holds the files of another job, or files that no job has brought. A demo is a new job, so the
+        If the folder holds the files of another job, or files of which no record says that a fetch has brought them;
+        without it, those of two jobs would be mixed. A demo is a new job, so the
         files of a job that the record does not name are those of another one.
     """
     found = _read_record(folder)
     if found is None:
         ours = [name for name in (*PICTURES, *MASTERS_ONLY, *OUTPUTS) if (folder / name).exists()]
         if ours:
-            raise _taken(folder, f"{ours[0]}/, which no fetch has brought", job_id)
+            why = (
+                f"whose record {RECORD} cannot be read" if (folder / RECORD).exists() else "which no fetch has brought"
+            )
+            raise _taken(folder, f"{ours[0]}/, {why}", job_id)
     elif found.job_id is None:
         if is_demo and found.known:
             raise _taken(folder, "the files of a job that an earlier release has fetched", job_id)
@@ -183,30 +244,31 @@ def _remove_empty(folder: Path, top: Path) -> None:
 
 
 def _read_record(folder: Path) -> FetchRecord | None:
-    nameless = FetchRecord(folder, None, is_demo=False, known={})
     try:
         data = json.loads((folder / RECORD).read_bytes())
-    except (FileNotFoundError, NotADirectoryError):
-        return None
     except (OSError, ValueError):
-        return nameless  # A damaged record costs downloads and nothing else.
+        return None
     try:
         named = isinstance(data.get("files"), dict)  # The record of an earlier release has the files alone.
         files = data["files"] if named else data
         known = {
             name: Fetched(Path(name), one["etag"], one["size"], one.get("mtime_ns")) for name, one in files.items()
         }
-        return FetchRecord(folder, data.get("job") if named else None, bool(named and data.get("demo")), known)
+        record = FetchRecord(folder, data.get("job") if named else None, bool(named and data.get("demo")), known)
     except (KeyError, TypeError, AttributeError):
-        return nameless
+        return None
+    return None if record.job_id is None and not known else record  # It names nothing.
 
 
 def write_record(record: FetchRecord) -> None:
-    """Write a record atomically."""
+    """Write a record atomically, also if the power fails."""
     beside = record.folder / f"{RECORD}.part"
     files = {
         name: {key: value for key, value in asdict(one).items() if key != "path"} for name, one in record.known.items()
     }
     data = {"job": record.job_id, "demo": record.is_demo, "files": files}
-    beside.write_text(json.dumps(data, indent=1, sort_keys=True))
+    with beside.open("w") as file:
+        file.write(json.dumps(data, indent=1, sort_keys=True))
+        file.flush()
+        os.fsync(file.fileno())  # Else a power failure may leave an empty record, and the folder is refused.
     beside.replace(record.folder / RECORD)

@@ -120,6 +120,7 @@ def find_missing(
     fetched: Collection[str],
     damaged: Mapping[str, str],
     *,
+    repairing: Collection[str] = (),
     frames: Collection[int] | None,
     kinds: Sequence[str],
     outputs: Collection[str] | None = None,
@@ -132,6 +133,8 @@ def find_missing(
         The names of the fetched files below the job.
     damaged
         The names of the files that the service has and does not send, with its messages.
+    repairing
+        The names of those that the farm makes again.
     frames
         The wanted frames; None for all.
     kinds
@@ -141,9 +144,9 @@ def find_missing(
     """
     job = state.job
     wanted = [frame for frame in state.frames if frames is None or frame in frames]
-    missing_frames = (_missing_frame(state, frame, fetched, damaged, kinds) for frame in wanted)
+    missing_frames = (_missing_frame(state, frame, fetched, damaged, repairing, kinds) for frame in wanted)
     missing_outputs = (
-        _missing_output(state, output.file_name, names.output_name(output), fetched, damaged)
+        _missing_output(state, output.file_name, names.output_name(output), fetched, damaged, repairing)
         for output in job.spec.outputs
         if outputs is None or output.file_name in outputs
     )
@@ -157,18 +160,30 @@ def find_missing(
 
 
 def _missing_frame(
-    state: JobState, frame: int, fetched: Collection[str], damaged: Mapping[str, str], kinds: Sequence[str]
+    state: JobState,
+    frame: int,
+    fetched: Collection[str],
+    damaged: Mapping[str, str],
+    repairing: Collection[str],
+    kinds: Sequence[str],
 ) -> MissingFrame | None:
     masters = [name for name in names.masters(state.job.spec, frame) if name.partition("/")[0] in kinds]
     files = tuple(name for name in masters if name not in fetched)
     if not files:
         return None
     why = _OF_FRAME.get(state.frames[frame]) or _not_made(state.job)
+    if why is Why.DAMAGED and not set(repairing).isdisjoint(files):
+        why = Why.RUNNING
     return MissingFrame(frame, why, state.errors.get(frame) or _first(files, damaged), files)
 
 
 def _missing_output(
-    state: JobState, output: str, last: str, fetched: Collection[str], damaged: Mapping[str, str]
+    state: JobState,
+    output: str,
+    last: str,
+    fetched: Collection[str],
+    damaged: Mapping[str, str],
+    repairing: Collection[str],
 ) -> MissingOutput | None:
     broken = [name for name in damaged if (maker := maker_of(state.job.spec, name)) and maker.output == output]
     files = tuple(dict.fromkeys([*broken, *([last] if last not in fetched else [])]))
@@ -176,6 +191,8 @@ def _missing_output(
         return None
     task = state.outputs.get(output)
     why = (task and _OF_TASK.get(task.status)) or _not_made(state.job)
+    if why is Why.DAMAGED and not set(repairing).isdisjoint(files):
+        why = Why.RUNNING
     error = task.error.message if task and task.error and why is Why.FAILED else _first(files, damaged)
     return MissingOutput(output, why, error, files)
 

@@ -1,15 +1,19 @@
-"""HTTP: keys, retries, problem details, and downloads that resume. Only `direct` imports the HTTP library, too.
+"""HTTP: keys, retries, problem details, and downloads that resume. Besides, `direct` and `http_client` import httpx.
 
 | answer | what we do |
 |---|---|
 | no connection | retry with pauses until `patience_s` is over, then `Unreachable` |
 | connection lost after sending, 502, 503, 504 | retry if the request may be repeated, else `Unreachable` |
+| 502, 503, 504 to a download or a stream | the same; then `Refused` if the service says why |
+| 404 to a DELETE that is sent again after its answer was lost | it is done |
 | 429 to a download, or to a stream that is taken up again | retry with pauses, then `Refused` |
 | 401, 403 | `KeyRefused` |
 | other 4xx, 5xx | `Refused` with the invalid fields |
 | 206 | append the rest of a download |
 | 200 to a request for the rest | the file changed, or ranges are not served: download from the start |
-| 307 to a download | download from the server of the store, and compare the digest; see `direct` |
+| 416 to a request for the rest | the file is here whole; if what is here is longer, download from the start |
+| 307 to a download | download from the server of the store; see `direct` |
+| a download whose digest is not the one that the service told | `Refused` |
 """
 
 from __future__ import annotations
@@ -21,6 +25,7 @@ import time
 from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from http import HTTPStatus
 from pathlib import Path
 from typing import Any
 
@@ -29,9 +34,10 @@ import httpx
 from lippmann.client.address import Address
 from lippmann.client.direct import ASKS, NotDirect, StoreServer, expected_sha256
 from lippmann.client.errors import Refused, refusal
+from lippmann.client.http_client import new_http_client
 from lippmann.client.partial_file import OnBytes, append, sha256_of, size_of, write
 from lippmann.client.stream import ServerEvent, parse_events
-from lippmann.errors import BadInput, LippmannError, Unreachable
+from lippmann.errors import ArtifactBroken, BadInput, LippmannError, Unreachable
 
 PATIENCE_S = 3.0
 """The time for which the client retries a service that does not answer, s."""
@@ -39,17 +45,19 @@ SILENCE_S = 45.0
 """A stream that is silent for longer, s, is opened again; the service sends a comment every 15 s."""
 
 _BUSY = frozenset({502, 503, 504})
+_LOST = frozenset({502, 504})
+"""The statuses with which a proxy answers that has sent a request and has no answer."""
 _TOO_MANY = 429
 _BUSY_OR_TOO_MANY = _BUSY | {_TOO_MANY}
 Response = httpx.Response
 Sleep = Callable[[float], None]
 
 
-class _TooMany(httpx.HTTPError):
-    """The service answered 429 to a request that is repeated."""
+class _NotNow(httpx.HTTPError):
+    """The service refused a request that is repeated."""
 
     def __init__(self, refused: Refused) -> None:
-        super().__init__(refused.message)
+        super().__init__(f"the service answered {refused.status}")
         self.refused = refused
 
 
@@ -72,7 +80,8 @@ class Transport:
         self._sleep = sleep
         self._store_server = StoreServer(needs_https=self.url.startswith("https://"))
         try:
-            self._http = httpx.Client(
+            self._http = new_http_client(
+                self.url,
                 base_url=self.url,
                 headers={"Authorization": f"Bearer {address.key}"} if address.key else {},
                 timeout=httpx.Timeout(30.0, connect=5.0),
@@ -88,6 +97,9 @@ class Transport:
     def request(self, method: str, path: str, *, repeatable: bool | None = None, **parts: Any) -> httpx.Response:
         """Send a request and return the response.
 
+        The response is no error, but for the 404 to a DELETE that was sent again because its answer was lost: what it
+        removes is gone.
+
         Parameters
         ----------
         repeatable
@@ -102,16 +114,22 @@ class Transport:
         self, method: str, path: str, *, repeated: Collection[int], sleep: Sleep, **parts: Any
     ) -> httpx.Response:
         """Send a request, again after the `repeated` statuses; without any, it is sent at most once."""
+        may_have_arrived = False
         for pause_s in self._pauses():
             try:
                 with _utf8_only():
                     response = self._http.request(method, path, **parts)
             except httpx.HTTPError as error:
-                if pause_s is None or not (repeated or isinstance(error, httpx.ConnectError | httpx.ConnectTimeout)):
+                is_sent = not isinstance(error, httpx.ConnectError | httpx.ConnectTimeout)
+                if pause_s is None or (is_sent and not repeated):
                     raise self._unreachable(error) from error
+                may_have_arrived |= is_sent
             else:
+                if method == "DELETE" and may_have_arrived and response.status_code == HTTPStatus.NOT_FOUND:
+                    return response
                 if pause_s is None or response.status_code not in repeated:
                     return _checked(response)
+                may_have_arrived |= response.status_code in _LOST
             sleep(pause_s)
         raise AssertionError("the last pause is None")
 
@@ -154,20 +172,30 @@ class Transport:
         The temporary name contains the entity tag, so that parts of two versions are never joined. A file whose digest
         is known comes from the server of the store, where the service has one that can be reached. `sleep` waits
         between the attempts, and may raise to end the download.
+
+        Raises
+        ------
+        Refused
+            If the service refuses, or the digest of what came is not the one that the service told. The service
+            verifies no part of a large file, so a damaged file may come in two parts.
         """
         sleep = sleep or self._sleep
         try:
             head = self._request("HEAD", path, repeated=_BUSY_OR_TOO_MANY, sleep=sleep)
         except Refused:
-            with suppress(httpx.HTTPError), self._streamed(path):
+            with suppress(httpx.HTTPError), self._streamed(path, repeated=()):
                 pass  # An answer to HEAD has no details; this one raises them.
             raise
         etag, sha256 = _etag(head), expected_sha256(head.headers)
         part = target.with_name(f".{target.name}.{hashlib.sha256(etag.encode()).hexdigest()[:12]}.part")
         part.parent.mkdir(parents=True, exist_ok=True)
-        if not (sha256 and etag and self._append_directly(path, part, etag=etag, sha256=sha256, on_bytes=on_bytes)):
-            etag = self._retried(part, lambda: self._append(path, part, etag=etag, on_bytes=on_bytes), sleep)
-        return _finished(part, target, etag)
+        if sha256 and etag and self._append_directly(path, part, etag=etag, sha256=sha256, on_bytes=on_bytes):
+            return _finished(part, target, etag)
+        came = self._retried(part, lambda: self._append(path, part, etag=etag, on_bytes=on_bytes), sleep)
+        if sha256 and came == etag and sha256_of(part) != sha256:
+            part.unlink()
+            raise _broken(target, sha256)
+        return _finished(part, target, came)
 
     def download_made(
         self,
@@ -201,6 +229,15 @@ class Transport:
                 sleep(pause_s)
 
     def _append(self, path: str, part: Path, *, etag: str, on_bytes: OnBytes | None, is_direct: bool = False) -> str:
+        try:
+            return self._append_rest(path, part, etag=etag, on_bytes=on_bytes, is_direct=is_direct)
+        except Refused as error:
+            if error.status != HTTPStatus.REQUESTED_RANGE_NOT_SATISFIABLE:
+                raise
+        part.unlink(missing_ok=True)  # It is longer than the file, so it is no part of it.
+        return self._append_rest(path, part, etag=etag, on_bytes=on_bytes, is_direct=is_direct)
+
+    def _append_rest(self, path: str, part: Path, *, etag: str, on_bytes: OnBytes | None, is_direct: bool) -> str:
         here = size_of(part) if etag else 0
         headers = {"Range": f"bytes={here}-", "If-Range": etag} if here else {}
         if is_direct:
@@ -247,11 +284,9 @@ class Transport:
     ) -> Iterator[httpx.Response]:  # fmt: skip
         """Open a stream; the errors of the HTTP library that it raises are those after which it is tried again."""
         with _utf8_only(), self._http.stream("GET", path, **parts) as response:
-            if response.status_code == _TOO_MANY and _TOO_MANY in repeated:
-                response.read()
-                raise _TooMany(_refusal(response))
             if response.status_code in repeated:
-                raise httpx.RemoteProtocolError(f"the service answered {response.status_code}")
+                response.read()
+                raise _NotNow(_refusal(response))
             if response.is_error and not (response.status_code == 416 and _is_whole(response, whole_at)):
                 response.read()
                 _checked(response)
@@ -260,18 +295,23 @@ class Transport:
             yield response
 
     def _pauses(self) -> Iterator[float | None]:
-        """Yield the pauses between attempts, and None when `patience_s` is over."""
+        """Yield the pauses between attempts, and None for ever when `patience_s` is over."""
         until = time.monotonic() + self._patience_s
         for attempt in itertools.count():
             pause_s = min(0.1 * 2**attempt, 2.0)
             if time.monotonic() + pause_s > until:
                 break
             yield pause_s
-        yield None
+        yield from itertools.repeat(None)
 
     def _given_up(self, error: httpx.HTTPError) -> LippmannError:
-        """Return the error to raise when patience is over: what the service answered, if it is there."""
-        return error.refused if isinstance(error, _TooMany) else self._unreachable(error)
+        """Return the error to raise when patience is over: what the service answered, if it is there.
+
+        Without a code, the answer is that of a proxy, whose service is not there.
+        """
+        if isinstance(error, _NotNow) and (error.refused.code or error.refused.status == _TOO_MANY):
+            return error.refused
+        return self._unreachable(error)
 
     def _unreachable(self, error: Exception) -> Unreachable:
         return Unreachable(f"expected a service at {self.url}, got: {str(error) or type(error).__name__}")
@@ -290,6 +330,12 @@ def _utf8_only() -> Iterator[None]:
 def _finished(part: Path, target: Path, etag: str) -> Download:
     part.replace(target)
     return Download(path=target, size=target.stat().st_size, etag=etag)
+
+
+def _broken(target: Path, sha256: str) -> Refused:
+    got = "got another one; the action `repair` of the job makes it again"
+    message = f"{target.name}: expected the SHA-256 {sha256}, {got}"
+    return Refused(message, status=HTTPStatus.INTERNAL_SERVER_ERROR, code=ArtifactBroken.code)
 
 
 def _etag(response: httpx.Response) -> str:

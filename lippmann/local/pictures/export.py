@@ -59,7 +59,7 @@ def frames_of_job(client: Client, job_id: str, *, frames: str | None) -> Iterato
         The frames, as in a job file; None for all.
     """
     job = client.job(job_id)
-    numbers = parse_frames(frames) if frames else job.spec.frame_numbers
+    numbers = job.spec.frame_numbers if frames is None else parse_frames(frames)
     with job_masters(client, job, numbers, depth=True) as folder:
         yield files_frames(folder, fps=job.fps, display=job.spec.display)
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import threading
+from base64 import b64encode
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
@@ -182,6 +184,28 @@ def test_a_file_that_is_here_whole_but_was_not_renamed_is_not_brought_again(tmp_
     assert came == []
 
 
+def test_a_file_that_is_damaged_on_the_service_is_never_kept_as_a_whole_one(tmp_path: Path) -> None:
+    """A service keeps the end of a large damaged file back, but sends it to whoever asks for the rest."""
+    damaged = DATA[:-1] + b"?"
+    with (
+        _serving(_file(damaged, breaks=1, digest_of=DATA)) as server,
+        _talking_to(server) as transport,
+        pytest.raises(Refused, match=r"file: expected the SHA-256 \w+, got another one; the action `repair`") as caught,
+    ):
+        transport.download("/file", tmp_path / "file")
+    assert caught.value.code == "artifact-broken"
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_what_is_here_and_longer_than_the_file_is_no_part_of_it(tmp_path: Path) -> None:
+    part = _part_of(tmp_path / "file")
+    part.write_bytes(DATA + b"?")
+    with _serving(_file(DATA)) as server, _talking_to(server) as transport:
+        transport.download("/file", tmp_path / "file")
+    assert (tmp_path / "file").read_bytes() == DATA
+    assert [path.name for path in tmp_path.iterdir()] == ["file"]
+
+
 def test_a_picture_that_is_made_when_asked_for_comes_from_the_start_each_time(tmp_path: Path) -> None:
     with _serving(_file(DATA, breaks=2)) as server, _talking_to(server) as transport:
         transport.download_made("/file", tmp_path / "file", params={"format": "png"})
@@ -212,6 +236,28 @@ def test_a_move_that_may_have_arrived_is_not_sent_again() -> None:
         with pytest.raises(Unreachable):
             client.cancel("a")
         assert len(server.asked) == 1
+
+
+@pytest.mark.parametrize("lost", [_Handler.hang_up, lambda handler: handler.say(502)], ids=["broken", "proxy"])
+def test_a_removal_whose_answer_is_lost_is_done_when_there_is_nothing_to_remove(lost: Answer) -> None:
+    problem = json.dumps({"detail": "there is no job", "code": "not-found"}).encode()
+    gone: Answer = lambda handler: handler.say(404, problem)  # noqa: E731
+    with _serving(_first(1, lost, then=gone)) as server, Client(server.url, "k", patience_s=ENOUGH_S) as client:
+        client.delete("one")
+        assert [method for method, _, _ in server.asked] == ["DELETE"] * 2
+        with pytest.raises(Refused, match="there is no job"):
+            client.delete("two")
+
+
+@pytest.mark.parametrize("removes", [True, False])
+def test_what_was_not_removed_is_missing_as_before(removes: bool) -> None:
+    """A busy service has removed nothing, and a job that is read anew may not be gone."""
+    busy: Answer = lambda handler: handler.say(503) if removes else handler.hang_up()  # noqa: E731
+    gone: Answer = lambda handler: handler.say(404)  # noqa: E731
+    with _serving(_first(1, busy, then=gone)) as server, Client(server.url, "k", patience_s=ENOUGH_S) as client:
+        with pytest.raises(Refused) as caught:
+            (client.delete if removes else client.job)("one")
+        assert (caught.value.status, len(server.asked)) == (404, 2)
 
 
 def test_a_service_that_is_busy_is_asked_again_until_patience_ends() -> None:
@@ -288,15 +334,32 @@ def test_a_stream_of_a_service_that_is_gone_ends_when_patience_does() -> None:
             next(transport.events("/events", params={}))
 
 
+@pytest.mark.parametrize("patience_s", [0.0, 0.05, 0.3])
+def test_a_stream_that_ended_in_order_and_does_not_come_back_ends_with_the_reason(patience_s: float) -> None:
+    stream = b"id: 1\nevent: frame\ndata: 1\n\n"
+    once = _first(1, lambda handler: handler.say(200, stream, Content_Type="text/event-stream"), then=_Handler.hang_up)
+    with _serving(once) as server, _talking_to(server, patience_s=patience_s) as transport:
+        events = transport.events("/events", params={})
+        assert next(events).data == 1
+        with pytest.raises(Unreachable, match="expected a service at"):
+            next(events)
+
+
 @pytest.mark.parametrize(("url", "key"), [("http://[::1", "k"), ("http://127.0.0.1", "schlüssel\n")])
 def test_a_url_or_key_that_cannot_be_is_refused(url: str, key: str) -> None:
     with pytest.raises(BadInput, match="expected a URL and a key"):
         Transport(Address(url, key))
 
 
-def _file(data: bytes, *, breaks: int = 0, etag: str = '"one"', share: int = 10) -> Answer:
-    """Serve a file with ranges; the first answers break off after a part of what was asked for."""
+def _file(
+    data: bytes, *, breaks: int = 0, etag: str = '"one"', share: int = 10, digest_of: bytes | None = None
+) -> Answer:
+    """Serve a file with ranges; the first answers break off after a part of what was asked for.
+
+    The service tells the digest of `digest_of`; none by default.
+    """
     left = [breaks]
+    digest = "" if digest_of is None else b64encode(hashlib.sha256(digest_of).digest()).decode()
 
     def answer(handler: _Handler) -> None:
         asked = handler.headers.get("Range")
@@ -308,6 +371,8 @@ def _file(data: bytes, *, breaks: int = 0, etag: str = '"one"', share: int = 10)
         rest = data[start:]
         handler.send_response(206 if asked and fresh else 200)
         handler.send_header("ETag", etag)
+        if digest:
+            handler.send_header("Repr-Digest", f"sha-256=:{digest}:")
         handler.send_header("Content-Length", str(len(rest)))
         handler.end_headers()
         if handler.command == "HEAD":

@@ -1,15 +1,16 @@
-"""The client against services that refuse too many requests, and downloads that are ended while they wait."""
+"""The client against services that refuse requests for a while, and downloads that are ended while they wait."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import pytest
 
 from lippmann.client import Refused
 from lippmann.client.transport import Transport
+from lippmann.errors import Unreachable
 from tests.integration.lippmann.test_transport import DATA, _file, _first, _Handler, _serving, _talking_to
 
 REASON = "expected at most 8 event streams of the key"
@@ -70,6 +71,48 @@ def test_a_download_without_patience_left_says_what_the_service_answered(tmp_pat
             download(transport, tmp_path / "file")
         assert len(server.asked) > 1
     assert caught.value.status == 429
+
+
+def _repairing(handler: _Handler) -> None:
+    handler.say(503, json.dumps({"detail": "the farm makes it again", "code": "artifact-repairing"}).encode())
+
+
+@EITHER
+@pytest.mark.parametrize("refused", [("GET",), ("HEAD", "GET")])
+def test_a_file_that_is_being_made_again_is_named_as_that_when_patience_ends(
+    tmp_path: Path, download: Download, refused: Sequence[str]
+) -> None:
+    def answer(handler: _Handler) -> None:
+        (_repairing if handler.command in refused else _file(DATA))(handler)
+
+    with _serving(answer) as server, _talking_to(server, patience_s=0.3) as transport:
+        with pytest.raises(Refused, match="the farm makes it again") as caught:
+            download(transport, tmp_path / "file")
+        assert len(server.asked) > 1
+    assert (caught.value.status, caught.value.code) == (503, "artifact-repairing")
+
+
+@EITHER
+def test_a_file_comes_once_it_is_made_again(tmp_path: Path, download: Download) -> None:
+    with _serving(_first(3, _repairing, then=_file(DATA))) as server, _talking_to(server) as transport:
+        download(transport, tmp_path / "file")
+    assert (tmp_path / "file").read_bytes() == DATA
+
+
+@EITHER
+def test_a_proxy_without_a_service_is_no_answer_of_the_service(tmp_path: Path, download: Download) -> None:
+    def answer(handler: _Handler) -> None:
+        if handler.command == "HEAD":
+            _file(DATA)(handler)
+        else:
+            handler.say(502, b"<html>Bad gateway</html>")
+
+    with (
+        _serving(answer) as server,
+        _talking_to(server, patience_s=0.3) as transport,
+        pytest.raises(Unreachable, match=r"expected a service at .*, got: the service answered 502"),
+    ):
+        download(transport, tmp_path / "file")
 
 
 @pytest.mark.parametrize("refused", ["HEAD", "GET"])

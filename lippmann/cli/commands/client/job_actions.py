@@ -56,9 +56,9 @@ def skip(
 
     A retry of a job brings them back.
     """
-    from lippmann.job.animation.frames import parse_frames
+    from lippmann.cli.option_values import frames_of
 
-    numbers = parse_frames(frames) if frames else None
+    numbers = frames_of(frames)
     with connection.client() as client:
         act_on_each(job_ids, lambda job_id: status_of(client.skip(job_id, numbers)), output)
 

@@ -57,10 +57,16 @@ def upload(
 
     data = read_bundle(bundle)
     with connection.client() as client:
-        scene = client.upload_scene(name or bundle.resolve().stem, data)
+        scene = client.upload_scene(_name_of(bundle) if name is None else name, data)
     for note in scene.notes:
         output.note(f"note: {note}")
     output.result(scene.model_dump(mode="json"), f"The scene {scene.name} is uploaded ({scene.digest[:12]}).")
+
+
+def _name_of(bundle: Path) -> str:
+    """Return the name of a folder, or that of a zip without its ending."""
+    path = bundle.resolve()
+    return path.name if path.is_dir() else path.stem
 
 
 @app.command("rm")

@@ -38,10 +38,12 @@ def export(
     connection: Connection,
 ) -> None:
     """Make the outputs of a job from frames that exist already."""
+    from lippmann.cli.option_values import frames_of
     from lippmann.local.files.frame_source import files_frames
     from lippmann.local.pictures.export import frames_of_job, read_outputs
 
-    read_outputs(outputs)  # A mistake is found before any frame is fetched.
+    frames_of(frames)  # A mistake is found before any frame is fetched.
+    read_outputs(outputs)
     if Path(source).exists():
         _export(files_frames(Path(source), frames=frames, fps=fps), outputs, out, output)
     else:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from lippmann.cli.option_values import count_of, first_lens_of
+from lippmann.cli.option_values import count_of, first_lens_of, frames_of
 from lippmann.errors import BadInput
 
 
@@ -33,4 +33,4 @@ def test_the_old_names_have_the_old_order_and_a_note_with_the_new_one() -> None:
 
 
 def test_no_option_is_no_number() -> None:
-    assert (count_of(None), first_lens_of(None)) == (None, None)
+    assert (count_of(None), first_lens_of(None), frames_of(None)) == (None, None, None)

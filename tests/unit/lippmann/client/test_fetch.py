@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import errno
+import fcntl
 import json
 import os
+import shutil
 import threading
 import time
 from collections.abc import Iterator, Sequence
@@ -13,12 +16,13 @@ from typing import Any
 
 import pytest
 
-from lippmann.client import fetch_record
+from lippmann.client import Refused, fetch_record
 from lippmann.client.fetch import fetch_job
-from lippmann.client.fetch_record import RECORD, Fetched, FetchRecord, _delete_files, check_folder
+from lippmann.client.fetch_record import LOCK, RECORD, Fetched, FetchRecord, _delete_files, check_folder
+from lippmann.client.missing import Why
 from lippmann.errors import BadInput
 from lippmann.job.spec import parse_spec
-from lippmann.job.states import FrameStatus, JobStatus
+from lippmann.job.states import FrameStatus, JobStatus, TaskStatus
 from tests.waiting import ENOUGH_S
 
 FILES = (
@@ -153,6 +157,49 @@ def test_a_folder_belongs_to_one_job(tmp_path: Path) -> None:
     assert fetch_job(service, "one", tmp_path, masters=True).fetched == 4
 
 
+@pytest.mark.parametrize("has_just_ended", [False, True])
+def test_one_fetch_at_a_time_writes_to_a_folder(
+    tmp_path: Path, has_just_ended: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A fetch that has just ended has removed the file that another one has opened to lock it."""
+    really_locked = fcntl.flock
+    ended = [has_just_ended]
+
+    def flock(descriptor: int, how: int) -> None:
+        if ended.pop(0) if ended else False:
+            (tmp_path / LOCK).unlink()
+        really_locked(descriptor, how)
+
+    monkeypatch.setattr(fcntl, "flock", flock)
+    first: Any = Service()
+    second: Any = Service()
+    refused: list[str] = []
+    really = first.download
+
+    def download(*what: Any, **how: Any) -> Any:
+        with pytest.raises(
+            BadInput, match=r"--out: expected a folder that no other fetch uses, got .*, to which one"
+        ) as said:
+            fetch_job(second, "one", tmp_path)
+        refused.append(said.value.message)
+        return really(*what, **how)
+
+    first.download = download
+    assert fetch_job(first, "one", tmp_path).fetched == len(refused) == 2
+    assert second.asked == []
+    assert not (tmp_path / LOCK).exists()
+    assert fetch_job(second, "one", tmp_path).fetched == 0
+
+
+def test_a_folder_on_a_disk_without_locks_is_written_to(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def no_locks(descriptor: int, how: int) -> None:
+        raise OSError(errno.ENOLCK, "No locks available")
+
+    monkeypatch.setattr(fcntl, "flock", no_locks)
+    service: Any = Service()
+    assert fetch_job(service, "one", tmp_path).fetched == 2
+
+
 def test_a_folder_with_pictures_that_no_fetch_has_brought_is_refused(tmp_path: Path) -> None:
     (tmp_path / "integral").mkdir()
     (tmp_path / "notes.txt").write_text("mine")
@@ -161,6 +208,30 @@ def test_a_folder_with_pictures_that_no_fetch_has_brought_is_refused(tmp_path: P
         fetch_job(service, "j", tmp_path)
     (tmp_path / "integral").rmdir()
     assert fetch_job(service, "j", tmp_path).fetched == 2
+
+
+@pytest.mark.parametrize("record", ["", "{", "[]", "{}", '{"files": 7}', '{"job": null, "files": {}}'])
+def test_a_folder_whose_record_is_damaged_is_refused_lest_two_jobs_are_mixed(tmp_path: Path, record: str) -> None:
+    service: Any = Service()
+    fetch_job(service, "one", tmp_path)
+    (tmp_path / RECORD).write_text(record)
+    for job_id in ("one", "two"):
+        with pytest.raises(BadInput, match=r"with orthoscopic/, whose record \.fetched\.json cannot be read"):
+            fetch_job(service, job_id, tmp_path)
+    assert (tmp_path / RECORD).read_text() == record
+    shutil.rmtree(tmp_path / "orthoscopic")
+    assert fetch_job(service, "two", tmp_path).fetched == 2
+
+
+def test_the_record_is_on_the_disk_before_it_has_its_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    written: list[tuple[int, bool]] = []
+
+    def fsync(descriptor: int) -> None:
+        written.append((os.fstat(descriptor).st_size, (tmp_path / RECORD).exists()))
+
+    monkeypatch.setattr(os, "fsync", fsync)
+    fetch_record.write_record(FetchRecord(tmp_path, "one", is_demo=False, known={}))
+    assert written == [((tmp_path / RECORD).stat().st_size, False)]
 
 
 def test_the_record_of_an_earlier_release_is_that_of_the_job_whose_files_it_names(tmp_path: Path) -> None:
@@ -250,6 +321,32 @@ def test_chosen_outputs_come_alone_and_with_the_pictures_of_frames(tmp_path: Pat
     assert not result.missing
     fetch_job(service, "j", tmp_path, outputs=["views.mp4"], frames="2")
     assert sorted(service.asked) == sorted((*grid, "video/views.mp4", "orthoscopic/0002.exr"))
+
+
+@pytest.mark.parametrize(
+    ("code", "why"), [("artifact-repairing", Why.RUNNING), ("artifact-broken", Why.DAMAGED)], ids=str
+)
+def test_a_damaged_file_prevents_no_other_also_while_the_farm_makes_it_again(
+    tmp_path: Path, code: str, why: Why
+) -> None:
+    service: Any = Service((*FILES, "video/views.mp4"))
+    service.outputs = ["views.mp4"]
+    made = SimpleNamespace(output="views.mp4", status=TaskStatus.DONE, error=None)
+    service.tasks = lambda job_id, **what: iter([made])
+    really = service.download
+
+    def download(job_id: str, name: str, path: Path, **how: Any) -> Any:
+        if name in ("orthoscopic/0001.exr", "video/views.mp4"):
+            raise Refused(f"{name} is damaged", status=503, code=code)
+        return really(job_id, name, path, **how)
+
+    service.download = download
+    result = fetch_job(service, "j", tmp_path, parallel=1)
+    assert [path.name for path in result.files] == ["0002.png"]
+    first, _ = result.missing.frames
+    (video,) = result.missing.outputs
+    assert (first.frame, first.why, first.error) == (1, why, "orthoscopic/0001.exr is damaged")
+    assert (video.output, video.why, video.error) == ("views.mp4", why, "video/views.mp4 is damaged")
 
 
 @pytest.mark.parametrize("name", ["../x", "exports/../../x", "/tmp/x", ""])
