@@ -24,7 +24,7 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from boto3.s3.transfer import TransferConfig
+from boto3.s3.transfer import TransferConfig, create_transfer_manager
 from botocore.config import Config
 from botocore.exceptions import BotoCoreError, ClientError, HTTPClientError
 
@@ -148,8 +148,15 @@ class S3Store:
                 if digest.size < PART_BYTES:
                     self._client.put_object(**self._at(name), Body=source)
                 else:
-                    self._client.upload_fileobj(source, self._bucket, self._prefix + name, Config=_IN_PARTS)
+                    self._upload(name, path)
         return digest
+
+    def _upload(self, name: str, path: Path) -> None:
+        """Store a copy of a file in parts, which are read while they are sent."""
+        # Not with `upload_fileobj`, which reads up to ten parts into memory, nor with `upload_file`, which hides the
+        # error of the server in one of its own.
+        with create_transfer_manager(self._client, _IN_PARTS) as manager:
+            manager.upload(str(path), self._bucket, self._prefix + name).result()
 
     def link(self, source: str, name: str) -> None:
         """Store an artifact under a second name: the server copies it."""
