@@ -51,7 +51,8 @@ HUNG_S = {
     TaskKind.ASSEMBLE: 3600.0,
     TaskKind.ENCODE: 3600.0,
 }
-"""Work without progress for this long is hung and is killed. A render is ended earlier, by the limits of its job."""
+"""Work that makes no progress and does not ask whether to stop for this long is hung and is killed. Work that waits for
+an engine asks all the time, so an engine that shows no progress for days is ended by the limits of its job alone."""
 
 
 @dataclass(frozen=True)

@@ -305,6 +305,25 @@ def test_one_heartbeat_thread_serves_all_attempts_of_a_process(place: Workplace,
     assert ends == {"a1": EventKind.DONE, "a2": EventKind.DONE}
 
 
+def test_work_that_asks_whether_to_stop_does_not_hang_however_long_it_shows_no_progress(
+    redis_url: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A scene may be parsed for days, within the limits of its job."""
+    killed: list[int] = []
+    monkeypatch.setattr("worker.report.os.kill", lambda pid, number: killed.append(number))
+    times_s = [0.0]
+    client = BrokerClient(redis_url, "w1", seals=SEALS)
+    heart = AttemptHeartbeat(client, order(), worker_stopping=lambda: False, hung_s=10.0, clock=lambda: times_s[-1])
+    for now_s in (9.0, 18.0, 27.0):
+        times_s.append(now_s)
+        assert not heart.should_stop()
+        heart.beat()
+    assert killed == []
+    times_s.append(37.5)
+    heart.beat()
+    assert killed == [signal.SIGKILL]
+
+
 def test_a_heart_that_has_ended_does_not_beat(redis_url: str, redis: Redis) -> None:
     client = BrokerClient(redis_url, "w1", seals=SEALS)
     with AttemptHeartbeat(client, order(), worker_stopping=lambda: False, hung_s=1.0) as heart:
