@@ -15,7 +15,6 @@ from __future__ import annotations
 
 import asyncio
 import logging
-import resource
 import time
 from collections import deque
 from collections.abc import Iterator
@@ -32,8 +31,6 @@ RESERVE = 256
 """The descriptors that connections leave to the database, the broker, the store and the coordinator."""
 DESCRIPTORS = 2
 """The descriptors of one connection: the socket, and the file that is sent over it."""
-MOST_DESCRIPTORS = 65_536
-"""The limit to which the service raises its own; a larger one costs the kernel memory and helps nobody."""
 FEWEST = 16
 HEAD_BYTES = 65_536
 """The largest size of the request line and the headers."""
@@ -105,16 +102,6 @@ class ConnectionLimits:
         except ValueError:
             is_proxy = False
         return self.total if is_proxy else self.by_address
-
-
-def raise_descriptor_limit() -> int:
-    """Raise the soft limit of descriptors to the hard one, and return it."""
-    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
-    wanted = MOST_DESCRIPTORS if hard == resource.RLIM_INFINITY else min(hard, MOST_DESCRIPTORS)
-    if soft != resource.RLIM_INFINITY and soft < wanted:
-        resource.setrlimit(resource.RLIMIT_NOFILE, (wanted, hard))
-        return wanted
-    return MOST_DESCRIPTORS if soft == resource.RLIM_INFINITY else soft
 
 
 def most_connections(descriptors: int, wanted: int) -> int:

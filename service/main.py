@@ -18,13 +18,14 @@ from fastapi import FastAPI
 from sqlalchemy.exc import SQLAlchemyError
 from starlette.concurrency import run_in_threadpool
 
+from lippmann.descriptors import raise_descriptor_limit
 from lippmann.errors import BadInput, StoreFull, StoreUnavailable
 from lippmann.logs import trace_of
 from lippmann.telemetry import start_telemetry, stop_telemetry
 from service import dashboard
 from service.artifact_links import ArtifactLinks
 from service.broker_stream import Stream
-from service.connections import ConnectionGuard, ConnectionLimits, most_connections, raise_descriptor_limit
+from service.connections import ConnectionGuard, ConnectionLimits, most_connections
 from service.coordinator.coordinator import Coordinator
 from service.db.engine import Database
 from service.db.migrations import migrate

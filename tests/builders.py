@@ -71,7 +71,7 @@ def order_of(kind: TaskKind, *, frame: int | None = 1, tile: Tile | None = None,
 
 def artifacts_of(place: Workplace) -> TaskArtifacts:
     """Return the artifacts of the stored job, without expected digests."""
-    return TaskArtifacts(place.store, order_of(TaskKind.ENCODE, frame=None))
+    return TaskArtifacts(place.store, order_of(TaskKind.ENCODE, frame=None), NullMonitor())
 
 
 def tiles_of(spec: JobSpec) -> tuple[Tile, ...]:

@@ -23,7 +23,7 @@ from lippmann.job.messages.events import Event, EventKind, Failure, Presence, Pr
 from lippmann.job.messages.orders import Order, TaskKind
 from lippmann.job.scenes.scene import SceneManifest
 from lippmann.job.scenes.stage import Stage
-from lippmann.plan.artifact_store import ArtifactInfo
+from lippmann.plan.artifact_store import ArtifactInfo, Moved
 from service.api.waits import Outlook
 from service.auth import Caller
 from service.coordinator import scheduler as dispatching
@@ -105,7 +105,7 @@ class DictStore:
         self.files[name] = data
         return digest_of([data])
 
-    def put_file(self, name: str, path: Path) -> Digest:
+    def put_file(self, name: str, path: Path, *, moved: Moved = lambda: None) -> Digest:
         return self.put_bytes(name, path.read_bytes())
 
     def link(self, source: str, name: str) -> None:
@@ -150,7 +150,7 @@ class DictStore:
             del self.files[name]
 
     @contextmanager
-    def local_path(self, name: str) -> Iterator[Path]:
+    def local_path(self, name: str, *, moved: Moved = lambda: None) -> Iterator[Path]:
         path = Path("/nonexistent") / name
         self.get_bytes(name)
         yield path

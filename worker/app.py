@@ -46,7 +46,7 @@ from worker.preview_orders import PreviewOrders
 from worker.preview_process import PreviewProcess
 from worker.refusals import refusals
 from worker.report import QUICK_S, BrokerClient
-from worker.sandbox.detect import detect
+from worker.sandbox.detect import detect_once
 from worker.sandbox.groups import make_room
 from worker.settings import STOPPING, WorkerSettings
 from worker.store.owner import check_owner
@@ -252,7 +252,7 @@ def presence() -> Presence:
     now_s = time.time()
     if settings.cgroup == "auto":
         make_room()
-    sandbox = detect(settings.sandbox, cgroup=settings.cgroup)
+    sandbox = detect_once(settings.sandbox, cgroup=settings.cgroup)
     if sandbox.groups is not None:
         sandbox.groups.remove_stale()
     if sandbox.unused_group:

@@ -210,9 +210,9 @@ class BrokerClient:
 class AttemptHeartbeat:
     """The heartbeat of an attempt: renews its lease, publishes its progress, and receives the stop request.
 
-    It is a context manager and a `ProgressMonitor`. The working thread may set `progress` at any time. Work without
-    progress for `hung_s` cannot be ended by another thread (for example when a file system does not answer): then the
-    process is killed, and the service notices that the heartbeat is missing.
+    It is a context manager and a `ProgressMonitor`. The working thread may set `progress` at any time. Work that for
+    `hung_s` makes no progress and does not ask whether to stop cannot be ended by another thread (for example when a
+    file system does not answer): then the process is killed, and the service notices that the heartbeat is missing.
     """
 
     def __init__(
@@ -223,10 +223,13 @@ class AttemptHeartbeat:
         worker_stopping: Callable[[], bool],
         hung_s: float,
         announce: Callable[[str], None] = lambda attempt: None,
+        clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self.progress = 0.0
         self._hung_s = hung_s
-        self._moved = (0.0, time.monotonic())
+        self._clock = clock
+        self._asked = 0
+        self._moved = ((self.progress, self._asked), clock())
         self._broker = broker
         self._order = order
         self._worker_stopping = worker_stopping
@@ -238,6 +241,7 @@ class AttemptHeartbeat:
 
     def should_stop(self) -> bool:
         """Return whether the attempt should end now: the service or the shutdown of the worker requests it."""
+        self._asked += 1
         return self._stop_seen.is_set() or self._worker_stopping()
 
     def announce_end(self) -> None:
@@ -274,11 +278,12 @@ class AttemptHeartbeat:
             self._broker.publish(event_of(self._order, EventKind.HEARTBEAT, self._broker, progress=self.progress))
 
     def _is_hung(self) -> bool:
-        progress, since_s = self._moved
-        if self.progress != progress:
-            self._moved = (self.progress, time.monotonic())
+        before, since_s = self._moved
+        now = (self.progress, self._asked)
+        if now != before:
+            self._moved = (now, self._clock())
             return False
-        return time.monotonic() - since_s > self._hung_s
+        return self._clock() - since_s > self._hung_s
 
 
 class _HeartbeatThread:

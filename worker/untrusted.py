@@ -34,7 +34,7 @@ from worker.images.foreign.header import read_header
 from worker.images.foreign.upright import upright
 from worker.images.headers.picture import PictureHeader
 from worker.images.read import Light
-from worker.sandbox.detect import detect
+from worker.sandbox.detect import detect_once
 from worker.sandbox.ending import Ending
 from worker.sandbox.limits import Limits, TimeLimit, TimeLimits
 from worker.sandbox.log import AttemptLog
@@ -249,7 +249,7 @@ def _check_white_level(path: Path, header: PictureHeader, white_level: int | Non
 @cache
 def _own_sandbox() -> Sandbox:
     settings = WorkerSettings()
-    return replace(detect(settings.sandbox, cgroup=settings.cgroup), allow_none=True)
+    return replace(detect_once(settings.sandbox, cgroup=settings.cgroup), allow_none=True)
 
 
 def _decoded(

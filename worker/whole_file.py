@@ -6,6 +6,7 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from tempfile import TemporaryFile
 from typing import BinaryIO
 
 from lippmann.errors import NO_ROOM, DiskFull, DiskUnavailable
@@ -73,6 +74,10 @@ def check_folder(folder: Path, *, reserve_bytes: int = 0) -> None:
     lacking = lacking_room(folder, reserve_bytes=reserve_bytes)
     if lacking:
         raise DiskFull(f"no room in {folder}: {lacking}")
-    trial = folder / f".trial-{os.getpid()}"
-    write_bytes(trial, b"trial")
-    trial.unlink(missing_ok=True)
+    try:
+        # Without a name, so that a process that is killed meanwhile leaves nothing.
+        with TemporaryFile(dir=folder) as trial:
+            trial.write(b"trial")
+    except OSError as error:
+        family = DiskFull if error.errno in NO_ROOM else DiskUnavailable
+        raise family(f"cannot write in {folder}: {error.strerror}") from error

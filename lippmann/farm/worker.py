@@ -5,6 +5,8 @@ from __future__ import annotations
 import os
 import platform
 
+from lippmann.descriptors import raise_descriptor_limit
+
 
 def worker_name() -> str:
     """Return the name of the worker that this process becomes."""
@@ -30,6 +32,7 @@ def worker_arguments(*, name: str) -> list[str]:
 
 def run_worker(*, slots: int) -> None:
     """Run a worker until it is stopped; the process then ends."""
+    raise_descriptor_limit()  # Each process of the pool has the pipes of all others.
     name = worker_name()
     # The worker's settings read the environment when they are imported.
     os.environ |= {"LIPPMANN_WORKER_NAME": name, "LIPPMANN_SLOTS": str(slots)}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import builtins
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +14,14 @@ from lippmann.digest import Digest, digest_of
 RESERVE_MB = 50.0
 """The free space that artifacts leave on a disk, in megabytes: a database on the same disk needs room to record that it
 is full, and to remove jobs."""
+
+
+Moved = Callable[[], object]
+"""Is called again and again while bytes are moved, by several threads perhaps: a long transfer is no hung one."""
+
+
+def _ignored() -> None:
+    """Do nothing about a transfer that goes on."""
 
 
 @dataclass(frozen=True, order=True)
@@ -60,7 +68,7 @@ class ArtifactStore(Protocol):
         An artifact of that name is replaced.
         """
 
-    def put_file(self, name: str, path: Path) -> Digest:
+    def put_file(self, name: str, path: Path, *, moved: Moved = _ignored) -> Digest:
         """Store a copy of a file completely or not at all; see `put_bytes`."""
 
     def link(self, source: str, name: str) -> None:
@@ -103,7 +111,7 @@ class ArtifactStore(Protocol):
     def delete(self, prefix: str) -> None:
         """Delete every artifact below a prefix, which must not be empty; deleting nothing is no error."""
 
-    def local_path(self, name: str) -> AbstractContextManager[Path]:
+    def local_path(self, name: str, *, moved: Moved = _ignored) -> AbstractContextManager[Path]:
         """Provide an artifact as a readable file; ArtifactMissing if it does not exist."""
 
     def free_bytes(self) -> int | None:
@@ -140,7 +148,14 @@ class LeavesPartialFiles(Protocol):
         """Remove these files, and return their number."""
 
 
-def read_digest(store: ArtifactStore, name: str) -> Digest:
+def moving(chunks: Iterable[bytes], moved: Moved) -> Iterator[bytes]:
+    """Yield chunks, and call `moved` after each one."""
+    for chunk in chunks:
+        yield chunk
+        moved()
+
+
+def read_digest(store: ArtifactStore, name: str, *, moved: Moved = _ignored) -> Digest:
     """Return the digest of an artifact as it is in the store now, which reads all of it.
 
     Raises
@@ -148,4 +163,4 @@ def read_digest(store: ArtifactStore, name: str) -> Digest:
     lippmann.errors.ArtifactMissing
         If it does not exist.
     """
-    return digest_of(store.read_range(name, 0, store.size(name)))
+    return digest_of(moving(store.read_range(name, 0, store.size(name)), moved))

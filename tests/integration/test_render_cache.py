@@ -50,7 +50,7 @@ def job(**more: Any) -> JobSpec:
 def store_job(place: Workplace, spec: JobSpec, *, text: str = BALL, job_id: str = JOB_ID) -> None:
     """Store a job on a scene of one file, as the service would."""
     folder = place.settings.data_dir / "ball"
-    folder.mkdir(exist_ok=True)
+    folder.mkdir(parents=True, exist_ok=True)
     (folder / "scene.toml").write_text(MANIFEST)
     (folder / "scene.inc").write_text(text)
     bundle = pack_folder(folder)

@@ -158,11 +158,15 @@ class Child:
         if self._output.closed:
             time.sleep(_REAP_S)
             return b""
-        waiting = [self._popen.stdin] if self._unsent and self._popen.stdin else []
-        ready, free, _ = select.select([self._output], waiting, [], timeout_s)
-        if free:
+        # Not `select.select`, which refuses descriptors above 1023: a worker with many slots has more.
+        poll = select.poll()
+        poll.register(self._output, select.POLLIN)
+        if self._unsent and self._popen.stdin:
+            poll.register(self._popen.stdin, select.POLLOUT)
+        ready = {descriptor for descriptor, _ in poll.poll(timeout_s * 1000)}
+        if ready - {self._output.fileno()}:
             self._send()
-        if not ready:
+        if self._output.fileno() not in ready:
             return b""
         data = os.read(self._output.fileno(), _CHUNK_BYTES)
         if not data:

@@ -10,6 +10,7 @@ import sys
 import tempfile
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
+from functools import cache
 from pathlib import Path
 from typing import Literal
 
@@ -29,7 +30,7 @@ _LIMITS = Limits(cpu_s=20, memory_mb=512, file_mb=1)
 def detect(wanted: SandboxMode | Literal["auto"], *, cgroup: str = "none") -> Sandbox:
     """Return the sandbox to use: the required one, or the best that works here.
 
-    It is found by trying, so call this once.
+    It is found by trying, so call this once, or `detect_once`.
 
     `auto` on a machine where no sandbox works gives mode `none`. The setting never allows an uploaded scene to run
     without a sandbox: `allow_none` depends on whose scene it is.
@@ -42,15 +43,20 @@ def detect(wanted: SandboxMode | Literal["auto"], *, cgroup: str = "none") -> Sa
     Raises
     ------
     SandboxMissing
-        If the wanted one does not hold here; the message says what a program inside it could do. Also if the group is
-        a folder in which no groups can be made.
+        If the wanted one does not hold here; the message says what a program inside it could do. Also if none can be
+        tried, because no temporary folder can be made, and if the group is a folder in which no groups can be made.
     """
     nothing = Sandbox("none", unused_group=_without_sandbox(cgroup))
     if wanted == "none":
         return nothing
     faults = {}
     for mode in _MODES if wanted == "auto" else (wanted,):
-        fault = trial(Sandbox(mode))
+        try:
+            fault = trial(Sandbox(mode))
+        except OSError as error:
+            raise SandboxMissing(
+                f"expected a temporary folder and sockets to try a sandbox with, got: {error}"
+            ) from error
         if fault is None:
             found = find_groups(cgroup)
             if isinstance(found, Groups):
@@ -60,6 +66,16 @@ def detect(wanted: SandboxMode | Literal["auto"], *, cgroup: str = "none") -> Sa
     if wanted == "auto":
         return nothing
     raise SandboxMissing(f"Sandbox {wanted} does not hold on this machine: {faults[wanted]}")
+
+
+@cache
+def detect_once(wanted: SandboxMode | Literal["auto"], *, cgroup: str = "none") -> Sandbox:
+    """Return what `detect` finds the first time, also in the processes that are forked later.
+
+    A trial in each of them could fail for a reason that passes, such as a full disk or a full list of processes, and
+    the process would refuse scenes for the rest of its life.
+    """
+    return detect(wanted, cgroup=cgroup)
 
 
 def _without_sandbox(cgroup: str) -> str:

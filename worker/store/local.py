@@ -25,7 +25,7 @@ from typing import BinaryIO
 
 from lippmann.digest import Digest, DigestWriter
 from lippmann.errors import NO_ROOM, ArtifactMissing, StoreFull, StoreUnavailable
-from lippmann.plan.artifact_store import ArtifactInfo
+from lippmann.plan.artifact_store import ArtifactInfo, Moved, moving
 from worker.store.names import check_name, check_prefix
 from worker.whole_file import lacking_room
 
@@ -93,11 +93,11 @@ class LocalStore:
         """Store data under a name, completely or not at all; it replaces an artifact of that name."""
         return self._put(name, (data,))
 
-    def put_file(self, name: str, path: Path) -> Digest:
+    def put_file(self, name: str, path: Path, *, moved: Moved = lambda: None) -> Digest:
         """Store a copy of a file under a name, completely or not at all; it replaces an artifact of that name."""
         # The source is opened outside `_translated`: a missing source is the caller's fault, not the store's.
         with path.open("rb") as source:
-            return self._put(name, iter(lambda: source.read(CHUNK_BYTES), b""))
+            return self._put(name, moving(iter(lambda: source.read(CHUNK_BYTES), b""), moved))
 
     def link(self, source: str, name: str) -> None:
         """Store an artifact under a second name, as a hard link, or as a copy where there can be none."""
@@ -182,7 +182,7 @@ class LocalStore:
             _remove(away)
 
     @contextmanager
-    def local_path(self, name: str) -> Iterator[Path]:
+    def local_path(self, name: str, *, moved: Moved = lambda: None) -> Iterator[Path]:
         """Yield the path of an artifact for reading; it is the stored file itself, which must not be changed."""
         self._status(name)
         yield self._path(name)

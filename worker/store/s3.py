@@ -24,13 +24,13 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from boto3.s3.transfer import TransferConfig
+from boto3.s3.transfer import ProgressCallbackInvoker, TransferConfig, create_transfer_manager
 from botocore.config import Config
 from botocore.exceptions import BotoCoreError, ClientError, HTTPClientError
 
 from lippmann.digest import Digest, digest_of
 from lippmann.errors import NO_ROOM, ArtifactMissing, DiskFull, StoreUnavailable
-from lippmann.plan.artifact_store import ArtifactInfo
+from lippmann.plan.artifact_store import ArtifactInfo, Moved, moving
 from worker.store.copies import copy_folder, remove_left
 from worker.store.names import check_name, check_prefix
 from worker.store.s3_clients import S3Clients
@@ -137,19 +137,27 @@ class S3Store:
             self._client.put_object(**self._at(name), Body=data)
         return digest_of((data,))
 
-    def put_file(self, name: str, path: Path) -> Digest:
+    def put_file(self, name: str, path: Path, *, moved: Moved = lambda: None) -> Digest:
         """Store a copy of a file under a name, completely or not at all; it replaces an artifact of that name."""
         check_name(name)
         self._check_identity(name)
         with path.open("rb") as source:
-            digest = digest_of(iter(lambda: source.read(CHUNK_BYTES), b""))
+            digest = digest_of(moving(iter(lambda: source.read(CHUNK_BYTES), b""), moved))
             source.seek(0)
             with translated(name, self.place):
                 if digest.size < PART_BYTES:
                     self._client.put_object(**self._at(name), Body=source)
                 else:
-                    self._client.upload_fileobj(source, self._bucket, self._prefix + name, Config=_IN_PARTS)
+                    self._upload(name, path, moved)
         return digest
+
+    def _upload(self, name: str, path: Path, moved: Moved) -> None:
+        """Store a copy of a file in parts, which are read while they are sent."""
+        # Not with `upload_fileobj`, which reads up to ten parts into memory, nor with `upload_file`, which hides the
+        # error of the server in one of its own.
+        with create_transfer_manager(self._client, _IN_PARTS) as manager:
+            told = [ProgressCallbackInvoker(lambda _: moved())]
+            manager.upload(str(path), self._bucket, self._prefix + name, subscribers=told).result()
 
     def link(self, source: str, name: str) -> None:
         """Store an artifact under a second name: the server copies it."""
@@ -237,7 +245,7 @@ class S3Store:
                     raise StoreUnavailable(f"cannot delete {below} in {self.place}: the server answers {error['Code']}")
 
     @contextmanager
-    def local_path(self, name: str) -> Iterator[Path]:
+    def local_path(self, name: str, *, moved: Moved = lambda: None) -> Iterator[Path]:
         """Yield the path of a copy of an artifact, which is removed afterwards."""
         check_name(name)
         with self._reading(name):
@@ -248,7 +256,7 @@ class S3Store:
                 folder = stack.enter_context(copy_folder(self._copies))
                 path = folder / Path(name).name
                 with path.open("xb") as file:
-                    file.writelines(chunks)
+                    file.writelines(moving(chunks, moved))
             except OSError as error:
                 if error.errno in NO_ROOM:
                     raise DiskFull(f"no room for a copy of {name} in {self._copies}: {error.strerror}") from error

@@ -17,7 +17,7 @@ def encode_output(place: Workplace, order: Order, monitor: ProgressMonitor) -> T
     """Make the output that an order names; files that an earlier attempt has stored are not made again."""
     assert order.output is not None  # noqa: S101 - the dispatcher's promise
     sheet = place.job_sheet(order.job_id)
-    artifacts = TaskArtifacts(place.store, order)
+    artifacts = TaskArtifacts(place.store, order, monitor)
     with place.task_folder() as folder:
         make_output(
             OutputContext(

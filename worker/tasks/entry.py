@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 import time
 from functools import cache
 from typing import Any
@@ -14,7 +15,7 @@ from lippmann.errors import LippmannError
 from lippmann.job.messages.orders import TaskKind
 from lippmann.job.messages.seals import Refused, Seals
 from lippmann.job.messages.wire import task_name
-from lippmann.plan.artifact_store import LeavesPartialFiles
+from lippmann.plan.artifact_store import ArtifactStore, LeavesPartialFiles
 from worker.app import app, broker_client, handover, settings
 from worker.engines.choose import ENGINES
 from worker.images.read import limit_threads
@@ -71,9 +72,18 @@ def _do(task: Task, message: object, kind: TaskKind, do: TaskFunction) -> None:
 
 @worker_ready.connect
 def _sweep(**_: Any) -> None:
-    """Remove the scratch folders and partial artifacts of killed workers, and name what is wrong with the store."""
-    sweep_scratch(settings)
-    store = open_store(settings)
+    """Begin to remove what killed workers left; the event loop of Celery goes on while a disk or a server is slow."""
+    threading.Thread(target=sweep_scratch, args=(settings,), name="sweep-scratch", daemon=True).start()
+    try:
+        # Not in the thread: a process that is forked while the thread imports boto3 could never import it.
+        store = open_store(settings)
+    except LippmannError as error:
+        return _log_unusable(error)
+    threading.Thread(target=_sweep_store, args=(store,), name="sweep-store", daemon=True).start()
+
+
+def _sweep_store(store: ArtifactStore) -> None:
+    """Remove the partial artifacts of killed workers, and name what is wrong with the store."""
     try:
         if settings.store_url and store.identity() is None:
             log.warning("the store has no id: it is not that of a farm, or its service has not started yet",
@@ -81,7 +91,11 @@ def _sweep(**_: Any) -> None:
         if isinstance(store, LeavesPartialFiles):
             store.sweep(older_than_s=STALE_S)
     except LippmannError as error:
-        log.warning("the store cannot be used; attempts are tried again until it can", error=str(error))
+        _log_unusable(error)
+
+
+def _log_unusable(error: LippmannError) -> None:
+    log.warning("the store cannot be used; attempts are tried again until it can", error=str(error))
 
 
 @worker_process_shutdown.connect

@@ -23,7 +23,6 @@ from tests.builders_service import SPEC
 from tests.waiting import until
 from worker.sandbox.sandbox import Sandbox
 from worker.settings import WorkerSettings
-from worker.store.local import LocalStore
 from worker.tasks.attempts.attempt import TaskResult, attempt
 from worker.tasks.attempts.monitor import ProgressMonitor
 from worker.tasks.attempts.workplace import Workplace
@@ -141,7 +140,7 @@ def test_a_job_is_one_trace_from_its_plan_to_its_attempts(
     def fail(_place: Workplace, _order: Order, _monitor: ProgressMonitor) -> TaskResult:
         raise RenderFailed
 
-    attempt(Workplace(settings=settings, store=LocalStore(tmp_path / "store"), sandbox=Sandbox("none")), first, fail)
+    attempt(Workplace(settings=settings, sandbox=Sandbox("none")), first, fail)
     stop_telemetry()
     (made,) = collector.named("attempt probe")
     assert (made.trace, made.parent, made.is_error) == (trace, orders[first.attempt].id, True)

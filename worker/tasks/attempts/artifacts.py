@@ -10,25 +10,33 @@ from lippmann.digest import Digest, digest_of
 from lippmann.errors import ArtifactBroken, ArtifactMissing, StoreUnavailable
 from lippmann.job.messages.orders import Order
 from lippmann.plan import artifact_names as names
-from lippmann.plan.artifact_store import ArtifactStore, read_digest
+from lippmann.plan.artifact_store import ArtifactStore, moving, read_digest
+from worker.tasks.attempts.monitor import ProgressMonitor
 
 CHUNK_BYTES = 1 << 20
 
 
 class TaskArtifacts:
-    """The artifacts of a job as one attempt reads and stores them, by their names below the job."""
+    """The artifacts of a job as one attempt reads and stores them, by their names below the job.
 
-    def __init__(self, store: ArtifactStore, order: Order) -> None:
+    Parameters
+    ----------
+    monitor
+        The monitor of the attempt. It is asked whether to stop while bytes are moved, which is a sign of life.
+    """
+
+    def __init__(self, store: ArtifactStore, order: Order, monitor: ProgressMonitor) -> None:
         self.stored: dict[str, Digest] = {}
         """The digests of the artifacts that the task stores, by name."""
         self._store = store
+        self._moved = monitor.should_stop
         self._job_id = order.job_id
         self._expected: Mapping[str, Digest] = order.digests
         self._verified: set[tuple[str, Path]] = set()
 
     def put(self, name: str, path: Path) -> None:
         """Store a file, completely or not at all, and record its digest."""
-        self.stored[name] = self._store.put_file(self._full(name), path)
+        self.stored[name] = self._store.put_file(self._full(name), path, moved=self._moved)
 
     def link(self, source: str, name: str, digest: Digest) -> None:
         """Store an artifact of the store, whose digest is known, under a name of the job as well."""
@@ -40,7 +48,7 @@ class TaskArtifacts:
         if not self._store.exists(self._full(name)):
             return False
         if name not in self.stored:
-            self.stored[name] = read_digest(self._store, self._full(name))
+            self.stored[name] = read_digest(self._store, self._full(name), moved=self._moved)
         return True
 
     @contextmanager
@@ -53,7 +61,7 @@ class TaskArtifacts:
             If it does not exist or is damaged. The error names the artifact, also if it is raised while the caller
             reads the file.
         """
-        with naming_artifact(name), self._store.local_path(self._full(name)) as path:
+        with naming_artifact(name), self._store.local_path(self._full(name), moved=self._moved) as path:
             self._verify(name, path)
             yield path
 
@@ -67,7 +75,7 @@ class TaskArtifacts:
             if size != expected.size:
                 raise ArtifactBroken(f"{name}: expected {expected.size} bytes, got {size}")
             with path.open("rb") as file:
-                found = digest_of(iter(lambda: file.read(CHUNK_BYTES), b""))
+                found = digest_of(moving(iter(lambda: file.read(CHUNK_BYTES), b""), self._moved))
         except OSError as error:
             raise StoreUnavailable(f"cannot read {name} of the store: {error.strerror}") from error
         if found != expected:

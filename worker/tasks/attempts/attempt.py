@@ -51,7 +51,8 @@ HUNG_S = {
     TaskKind.ASSEMBLE: 3600.0,
     TaskKind.ENCODE: 3600.0,
 }
-"""Work without progress for this long is hung and is killed. A render is ended earlier, by the limits of its job."""
+"""Work that makes no progress and does not ask whether to stop for this long is hung and is killed. Work that waits for
+an engine asks all the time, so an engine that shows no progress for days is ended by the limits of its job alone."""
 
 
 @dataclass(frozen=True)
@@ -97,7 +98,6 @@ def _attempt(place: Workplace, order: Order, do: TaskFunction) -> str:
     lease = broker.new_lease(order.attempt)
     if not begin(lambda: broker.claim(order, lease)):
         return "not-begun"
-    place.store.expect(order.store_id)
     started_s, started_cpu_s = time.monotonic(), _cpu_s()
     with AttemptHeartbeat(
         broker, order, worker_stopping=place.stopping, hung_s=HUNG_S[order.kind], announce=place.announce
@@ -133,6 +133,7 @@ def _done_or_failed(
     place: Workplace, order: Order, do: TaskFunction, monitor: ProgressMonitor
 ) -> tuple[TaskResult, Failure | None]:
     try:
+        place.store.expect(order.store_id)
         return do(place, order, monitor), None
     except Exception as error:  # the outermost frame of a task: every error is reported, and the worker goes on
         failure = _disk_failure(place, error) or failure_of(error)

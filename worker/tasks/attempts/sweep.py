@@ -35,15 +35,23 @@ def sweep_scratch(settings: WorkerSettings) -> None:
 
 
 def sweep_attempts(settings: WorkerSettings) -> None:
-    """Remove the folders and logs of attempts whose process died; the folders of living attempts are locked."""
-    for folder in filter(Path.is_dir, settings.attempts_dir.glob("*")):
-        with _failure_is_logged(folder), contextlib.suppress(BlockingIOError), contextlib.ExitStack() as stack:
-            with folder_lock(settings.attempts_dir, wait=True):
-                stack.enter_context(folder_lock(folder))
-            _remove(folder)
+    """Remove the folders and logs of attempts whose process died, and the bundles that it did not finish to unpack.
+
+    What living processes use is locked, so several sweeps at the same time do no harm either.
+    """
+    _sweep_unlocked(settings.attempts_dir, "*")
+    _sweep_unlocked(settings.bundles_dir, ".*")
     for log_file in settings.attempts_dir.glob("*.txt"):
         if not log_file.with_suffix("").exists():
             log_file.unlink(missing_ok=True)
+
+
+def _sweep_unlocked(root: Path, pattern: str) -> None:
+    for folder in filter(Path.is_dir, root.glob(pattern)):
+        with _failure_is_logged(folder), contextlib.suppress(BlockingIOError), contextlib.ExitStack() as stack:
+            with folder_lock(root, wait=True):
+                stack.enter_context(folder_lock(folder))
+            _remove(folder)
 
 
 def _remove(folder: Path) -> None:

@@ -23,7 +23,7 @@ from lippmann.private_files import make_passable
 from povtemplates.catalogue import scene_folders
 from worker.report import BrokerClient
 from worker.sandbox.bundle import digest_of, pack_folder
-from worker.sandbox.detect import detect
+from worker.sandbox.detect import detect_once
 from worker.sandbox.log import AttemptLog
 from worker.sandbox.sandbox import Sandbox
 from worker.settings import WorkerSettings
@@ -42,12 +42,16 @@ class Workplace:
     """Everything outside the process that an attempt uses."""
 
     settings: WorkerSettings
-    store: ArtifactStore
     sandbox: Sandbox
     announce: Callable[[str], None] = lambda attempt: None
     """Announces that an attempt will soon need its core no longer; see `worker.handover`."""
     own_files: bool = False
     """True if the scenes are files of the person who runs the command, who may do without a sandbox."""
+
+    @cached_property
+    def store(self) -> ArtifactStore:
+        """The store of the artifacts. Its first use opens it, so that an attempt reports a store that is away."""
+        return open_store(self.settings, reserve_bytes=self.settings.disk_reserve_bytes)
 
     @cached_property
     def broker(self) -> BrokerClient:
@@ -134,8 +138,7 @@ def workplace(
     """
     return Workplace(
         settings=settings,
-        store=open_store(settings, reserve_bytes=settings.disk_reserve_bytes),
-        sandbox=detect(settings.sandbox, cgroup=settings.cgroup),
+        sandbox=detect_once(settings.sandbox, cgroup=settings.cgroup),
         announce=announce,
         own_files=own_files,
     )

@@ -53,7 +53,7 @@ def assemble_frame(place: Workplace, order: Order, monitor: ProgressMonitor) -> 
     """Assemble the tiles of a frame into its masters; the thumbnail is stored last, so it means that all exist."""
     assert order.frame is not None  # noqa: S101 - the dispatcher's promise
     sheet, frame = place.job_sheet(order.job_id), order.frame
-    thumb, artifacts = names.thumb_name(frame), TaskArtifacts(place.store, order)
+    thumb, artifacts = names.thumb_name(frame), TaskArtifacts(place.store, order, monitor)
     if artifacts.exists(thumb) and all(artifacts.exists(name) for name in names.masters(sheet.spec, frame)):
         return TaskResult(digests=artifacts.stored)
     sheet = assembled_job(place, order, artifacts)

@@ -32,7 +32,7 @@ def render_tile(place: Workplace, order: Order, monitor: ProgressMonitor) -> Tas
     """Render the tile that an order names, crop it and store it; one that is stored or cached is not rendered."""
     assert order.frame is not None  # noqa: S101 - the dispatcher's promise
     assert order.tile is not None  # noqa: S101 - see above
-    sheet, artifacts = place.job_sheet(order.job_id), TaskArtifacts(place.store, order)
+    sheet, artifacts = place.job_sheet(order.job_id), TaskArtifacts(place.store, order, monitor)
     if all(artifacts.exists(name) for name in names.tile_artifacts(sheet.spec, order.frame, order.tile)):
         return TaskResult(digests=artifacts.stored)
     sheet = rendered_job(place, order, monitor)

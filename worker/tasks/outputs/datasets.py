@@ -91,8 +91,10 @@ def about_hci(source: FrameSource, output: HciFolder) -> Mapping[str, Any]:
 @makes(SubapertureViews)
 def make_subaperture_ppm(context: OutputContext, output: SubapertureViews) -> None:
     """Make a folder of 10-bit PPMs for every frame."""
-    for views in each_frame(context, output):
-        for v, u in np.ndindex(views.block.rows, views.block.cols):
+    count = len(context.source.frames)
+    for number, views in enumerate(each_frame(context, output)):
+        places = [*np.ndindex(views.block.rows, views.block.cols)]
+        for v, u in context.part(number, count).with_progress(places, len(places)):
             context.store_file(f"{views.stem}/{u:03d}_{v:03d}.ppm", partial(_write_ppm, views=views, place=(v, u)))
 
 

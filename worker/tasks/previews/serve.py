@@ -125,9 +125,9 @@ class PreviewServer:
         limit = TimeLimit(order.timeout_s, "LIPPMANN_PREVIEW_TIMEOUT_S of the service").or_lower(
             own_s, "LIPPMANN_PREVIEW_LIMIT_S of the worker"
         )
-        self._place.store.expect(order.store_id)
         monitor = WantedMonitor(self._orders, order.id, self._place, limit_s=2 * limit.seconds)
         try:
+            self._place.store.expect(order.store_id)
             made = render_preview(
                 self._place, order.job, order.frame, limit=limit, cameras=self._cameras, monitor=monitor
             )

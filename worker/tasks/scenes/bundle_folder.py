@@ -91,8 +91,7 @@ def _hold(folder: Path, use: contextlib.ExitStack) -> bool:
 
 def _unpack(store: ArtifactStore, digest: str, folder: Path, use: contextlib.ExitStack, *, limit_bytes: int) -> None:
     make_passable(folder.parent)
-    beside = Path(tempfile.mkdtemp(prefix=f".{digest[:8]}-", dir=folder.parent))
-    try:
+    with _folder_beside(folder) as beside:
         data = store.get_bytes(bundle_name(digest))
         if digest_of(data) != digest:
             raise BundleError(f"expected the bundle {digest[:12]} in the store, got other content there")
@@ -112,8 +111,17 @@ def _unpack(store: ArtifactStore, digest: str, folder: Path, use: contextlib.Exi
                 listing.replace(_listing_file(folder))
             use.enter_context(folder_lock(folder, wait=True, shared=True))
             _remove_least_recent(folder, limit_bytes)
-    finally:
-        shutil.rmtree(beside, ignore_errors=True)
+
+
+@contextlib.contextmanager
+def _folder_beside(folder: Path) -> Iterator[Path]:
+    """Yield a folder in which a bundle is unpacked; its name begins with a dot, and `sweep_attempts` knows its lock."""
+    with contextlib.ExitStack() as stack:
+        with folder_lock(folder.parent, wait=True):  # a folder that is not locked yet is not swept
+            beside = Path(tempfile.mkdtemp(prefix=f".{folder.name[:8]}-", dir=folder.parent))
+            stack.callback(shutil.rmtree, beside, ignore_errors=True)
+            stack.enter_context(folder_lock(beside))
+        yield beside
 
 
 def _remove_least_recent(new: Path, limit_bytes: int) -> None:

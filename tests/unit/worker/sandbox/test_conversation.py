@@ -19,6 +19,8 @@ from worker.sandbox.log import AttemptLog
 from worker.sandbox.process import Outcome
 
 LIMITS = Limits(cpu_s=60, memory_mb=1000, disk_mb=8)
+LARGEST_OF_SELECT = 1023
+"""The largest descriptor for which the system call `select` has a place."""
 
 
 class Reader:
@@ -102,6 +104,23 @@ def test_the_cpu_of_a_child_that_goes_on_counts_at_once_and_only_once(tmp_path: 
 def test_a_request_that_is_larger_than_a_pipe_arrives_whole(tmp_path: Path) -> None:
     with _start(tmp_path, 'echo "= ${#line}"') as talk:
         assert _ask(talk, tmp_path, "x" * 300_000)[1] == "= 300000"
+
+
+def test_a_child_answers_a_process_that_has_more_than_a_thousand_files_open(
+    tmp_path: Path,
+) -> None:
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    resource.setrlimit(resource.RLIMIT_NOFILE, (hard, hard))
+    opened = [os.open(os.devnull, os.O_RDONLY)]
+    try:
+        while opened[-1] < LARGEST_OF_SELECT:
+            opened.append(os.open(os.devnull, os.O_RDONLY))
+        with _start(tmp_path, 'echo "= ${#line}"') as talk:
+            assert _ask(talk, tmp_path, "x" * 300_000)[1] == "= 300000"
+    finally:
+        for descriptor in opened:
+            os.close(descriptor)
+        resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
 
 
 def test_a_child_that_does_not_read_holds_nothing_up(tmp_path: Path) -> None:

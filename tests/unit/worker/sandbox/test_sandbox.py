@@ -209,6 +209,13 @@ def test_without_a_sandbox_a_scene_is_refused() -> None:
         _wrapped(detect("none"))
 
 
+def test_a_sandbox_that_cannot_be_tried_is_missing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A worker ends with this error; it would go on with any other."""
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "away"))
+    with pytest.raises(SandboxMissing, match=r"to try a sandbox with, got: .*No such file"):
+        detect("auto")
+
+
 def test_without_a_sandbox_an_allowed_scene_still_has_its_limits_and_dies_with_its_worker() -> None:
     line = _wrapped(Sandbox("none", allow_none=True))
     assert line == ["setpriv", "--pdeathsig", "KILL", "--no-new-privs", "--", *HELD, "--", "povray", "+Ia b.pov"]

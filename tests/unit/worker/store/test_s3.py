@@ -157,6 +157,44 @@ def test_a_large_file_is_stored_in_parts_and_whole(
     assert not path.exists()
 
 
+MEASURING = """
+import sys
+from pathlib import Path
+from boto3.s3.transfer import TransferConfig
+from worker.store import s3
+s3.PART_BYTES = 5 << 20
+s3._IN_PARTS = TransferConfig(multipart_threshold=5 << 20, multipart_chunksize=5 << 20, max_concurrency=4)
+def peak_kib():
+    return next(int(line.split()[1]) for line in open("/proc/self/status") if line.startswith("VmHWM"))
+store = s3.S3Store(sys.argv[1], copies=Path(sys.argv[3] + "-copies"), endpoint=sys.argv[2])
+store.put_bytes("job/small", b"1")
+before_kib = peak_kib()
+store.put_file("job/large", Path(sys.argv[3]))
+print(peak_kib() - before_kib)
+"""
+
+
+def test_a_large_file_is_sent_without_being_in_memory(
+    store: S3Store, object_store: ObjectStore, bucket: str, tmp_path: Path
+) -> None:
+    with (tmp_path / "large").open("wb") as file:
+        file.truncate(100 << 20)
+    command = [sys.executable, "-c", MEASURING, bucket, object_store.endpoint, str(tmp_path / "large")]
+    measured = subprocess.run(command, capture_output=True, check=True, timeout=ENOUGH_S)
+    assert store.size("job/large") == 100 << 20
+    assert int(measured.stdout) < 25 << 10, "the parts that wait have 50 MiB"
+
+
+def test_an_error_while_parts_are_sent_is_named(
+    make_store: Callable[..., S3Store], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(s3, "PART_BYTES", 1)
+    monkeypatch.setattr(s3, "_IN_PARTS", TransferConfig(multipart_threshold=1, max_concurrency=2))
+    (tmp_path / "large").write_bytes(b"data")
+    with pytest.raises(StoreUnavailable, match=r"no-such-bucket at .* no bucket of this name"):
+        make_store(bucket="no-such-bucket").put_file("job/large", tmp_path / "large")
+
+
 UPLOADING = """
 import os, signal, sys
 from pathlib import Path

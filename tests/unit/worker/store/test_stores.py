@@ -11,12 +11,14 @@ from pathlib import Path
 from threading import Barrier
 
 import pytest
+from boto3.s3.transfer import TransferConfig
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from lippmann.digest import Digest
 from lippmann.errors import ArtifactMissing
 from lippmann.plan.artifact_store import ArtifactStore, LeavesPartialFiles, read_digest
+from worker.store import s3
 from worker.store.local import CHUNK_BYTES, LocalStore
 from worker.store.s3 import S3Store
 
@@ -53,6 +55,27 @@ def names_in(store: ArtifactStore, prefix: str = "") -> list[str]:
 def partial_in(store: ArtifactStore) -> int:
     assert isinstance(store, LeavesPartialFiles)
     return store.count_partial(older_than_s=-60.0)
+
+
+def test_a_transfer_gives_signs_of_life_while_bytes_are_moved(
+    store: ArtifactStore, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The bytes of a large artifact may flow for hours."""
+    monkeypatch.setattr(s3, "PART_BYTES", 5 << 20)
+    monkeypatch.setattr(s3, "_IN_PARTS", TransferConfig(multipart_threshold=5 << 20, multipart_chunksize=5 << 20))
+    signs: list[None] = []
+    (tmp_path / "large").write_bytes(os.urandom(11 << 20))
+    sent = store.put_file("a", tmp_path / "large", moved=lambda: signs.append(None))
+    # Reading the file for its digest gives as many as there are chunks, and sending its parts gives further ones.
+    chunks = (11 << 20) // CHUNK_BYTES
+    assert len(signs) >= chunks + 3 * isinstance(store, S3Store)
+    signs.clear()
+    assert read_digest(store, "a", moved=lambda: signs.append(None)) == sent
+    assert len(signs) >= chunks
+    signs.clear()
+    with store.local_path("a", moved=lambda: signs.append(None)) as path:
+        assert path.stat().st_size == 11 << 20
+    assert len(signs) >= chunks * isinstance(store, S3Store)
 
 
 @few

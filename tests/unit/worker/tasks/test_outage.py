@@ -22,7 +22,6 @@ from tests.waiting import ENOUGH_S, until
 from worker.report import BrokerClient
 from worker.sandbox.sandbox import Sandbox
 from worker.settings import WorkerSettings
-from worker.store.local import LocalStore
 from worker.tasks.attempts.attempt import TaskResult, attempt
 from worker.tasks.attempts.monitor import ProgressMonitor
 from worker.tasks.attempts.workplace import Workplace
@@ -48,7 +47,7 @@ def place(proxy: TcpProxy, tmp_path: Path) -> Workplace:
     seals_in(tmp_path)
     settings = WorkerSettings(redis_url=url_of(proxy), data_dir=tmp_path, worker_name="w1")
     settings.scratch_dir.mkdir(parents=True)
-    return Workplace(settings=settings, store=LocalStore(settings.artifacts_dir), sandbox=Sandbox("none"))
+    return Workplace(settings=settings, sandbox=Sandbox("none"))
 
 
 def url_of(proxy: TcpProxy) -> str:

@@ -13,7 +13,7 @@ from lippmann.job.messages.events import Event
 from lippmann.job.messages.orders import Order, TaskKind
 from lippmann.plan import artifact_names as names
 from lippmann.plan.artifact_store import read_digest
-from tests.builders import order_of
+from tests.builders import local_place, order_of
 from tests.builders_outputs import given_job
 from tests.damaging import DAMAGES, Damage, delete
 from tests.unit.worker.tasks.frames.test_assemble import job_with_tiles
@@ -117,11 +117,36 @@ def test_a_master_is_verified_once_an_attempt_however_often_it_is_read(
         return read[-1]
 
     monkeypatch.setattr(module, "digest_of", counted)
-    artifacts = module.TaskArtifacts(job.place.store, order)
+    artifacts = module.TaskArtifacts(job.place.store, order, NullMonitor())
     for _ in range(3):
         with artifacts.opened("orthoscopic/0001.exr"):
             pass
     assert read == [known["orthoscopic/0001.exr"]]
+
+
+def test_an_attempt_asks_whether_to_stop_while_bytes_are_moved(tmp_path: Path) -> None:
+    """That is a sign of life, without which an attempt that sends or reads for an hour would be hung."""
+
+    class Asked(NullMonitor):
+        count = 0
+
+        def should_stop(self) -> bool:
+            self.count += 1
+            return False
+
+    place, monitor = local_place(tmp_path / "farm"), Asked()
+    large = tmp_path / "large"
+    large.write_bytes(bytes(3 * module.CHUNK_BYTES))
+    order = order_of(TaskKind.ENCODE, frame=None)
+    artifacts = module.TaskArtifacts(place.store, order, monitor)
+    artifacts.put("a", large)
+    assert monitor.count >= 3
+    before, order = monitor.count, order.model_copy(update={"digests": artifacts.stored})
+    with module.TaskArtifacts(place.store, order, monitor).opened("a"):
+        assert monitor.count >= before + 3
+    before = monitor.count
+    assert module.TaskArtifacts(place.store, order, monitor).exists("a")
+    assert monitor.count >= before + 3
 
 
 def test_digests_travel_in_orders_and_events_and_older_messages_have_none(tmp_path: Path) -> None:

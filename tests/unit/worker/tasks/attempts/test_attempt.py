@@ -26,7 +26,6 @@ from worker.report import AttemptHeartbeat, BrokerClient
 from worker.sandbox.child import lost_cpu
 from worker.sandbox.sandbox import Sandbox
 from worker.settings import WorkerSettings
-from worker.store.local import LocalStore
 from worker.tasks.attempts.attempt import TaskResult, attempt
 from worker.tasks.attempts.monitor import ProgressMonitor
 from worker.tasks.attempts.workplace import Workplace
@@ -61,7 +60,7 @@ def place(redis_url: str, tmp_path: Path) -> Workplace:
     seals_in(tmp_path)
     settings = WorkerSettings(redis_url=redis_url, data_dir=tmp_path, worker_name="w1")
     settings.scratch_dir.mkdir(parents=True)
-    return Workplace(settings=settings, store=LocalStore(settings.artifacts_dir), sandbox=Sandbox("none"))
+    return Workplace(settings=settings, sandbox=Sandbox("none"))
 
 
 def order(**more: object) -> Order:
@@ -164,6 +163,21 @@ def test_an_attempt_publishes_nothing_in_another_store_than_its_order_names(plac
     for attempt_id, store_id in (("a2", identity), ("a3", None)):
         attempt(place, order(attempt=attempt_id, store_id=store_id), put)
         assert said(redis)[-1].kind is EventKind.DONE
+
+
+def test_an_attempt_of_a_process_that_cannot_open_the_store_fails_and_the_next_one_opens_it(
+    place: Workplace, redis: Redis
+) -> None:
+    """A process that has done nothing yet meets a mount that is away: the order has left the queue, and must end."""
+    in_the_way = place.settings.artifacts_dir
+    in_the_way.write_text("")
+    attempt(place, order(), doing(TaskResult()))
+    claimed, failed = said(redis)
+    assert claimed.kind is EventKind.CLAIMED
+    assert (failed.kind, failed.failure and failed.failure.code) == (EventKind.FAILED, "store-unavailable")
+    in_the_way.unlink()
+    attempt(place, order(attempt="a2"), doing(TaskResult()))
+    assert said(redis)[-1].kind is EventKind.DONE
 
 
 def test_an_order_of_a_newer_service_is_understood() -> None:
@@ -289,6 +303,25 @@ def test_one_heartbeat_thread_serves_all_attempts_of_a_process(place: Workplace,
     other.join()
     ends = {event.attempt: event.kind for event in said(redis)}
     assert ends == {"a1": EventKind.DONE, "a2": EventKind.DONE}
+
+
+def test_work_that_asks_whether_to_stop_does_not_hang_however_long_it_shows_no_progress(
+    redis_url: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A scene may be parsed for days, within the limits of its job."""
+    killed: list[int] = []
+    monkeypatch.setattr("worker.report.os.kill", lambda pid, number: killed.append(number))
+    times_s = [0.0]
+    client = BrokerClient(redis_url, "w1", seals=SEALS)
+    heart = AttemptHeartbeat(client, order(), worker_stopping=lambda: False, hung_s=10.0, clock=lambda: times_s[-1])
+    for now_s in (9.0, 18.0, 27.0):
+        times_s.append(now_s)
+        assert not heart.should_stop()
+        heart.beat()
+    assert killed == []
+    times_s.append(37.5)
+    heart.beat()
+    assert killed == [signal.SIGKILL]
 
 
 def test_a_heart_that_has_ended_does_not_beat(redis_url: str, redis: Redis) -> None:

@@ -14,9 +14,12 @@ from typing import Any
 import pytest
 
 from tests.needs import need_to_run
+from tests.unit.worker.tasks.scenes.test_bundle_folder import with_bundle
 from tests.waiting import ENOUGH_S
+from worker.sandbox.bundle import unpack
 from worker.settings import WorkerSettings
-from worker.tasks.attempts.sweep import sweep_scratch
+from worker.tasks.attempts.sweep import sweep_attempts, sweep_scratch
+from worker.tasks.scenes import bundle_folder
 from worker.tasks.scenes.folder_lock import folder_lock
 
 _KILLED = """
@@ -41,6 +44,43 @@ def test_the_folder_of_a_killed_worker_is_swept_and_of_a_living_one_kept(tmp_pat
         assert not dead.exists()
         assert not log.exists()
         assert living.exists()
+
+
+_KILLED_WHILE_IT_UNPACKS = """
+import os, signal, sys
+from pathlib import Path
+from tests.unit.worker.tasks.scenes.test_bundle_folder import with_bundle
+from worker.tasks.scenes import bundle_folder
+place, digest = with_bundle(Path(sys.argv[1]))
+def killed(data, folder):
+    (folder / "a.pov").touch()
+    os.kill(os.getpid(), signal.SIGKILL)
+bundle_folder.unpack = killed
+with place.bundle(digest):
+    pass
+"""
+
+
+def test_a_bundle_that_a_killed_process_did_not_finish_to_unpack_is_swept(tmp_path: Path) -> None:
+    settings = WorkerSettings(data_dir=tmp_path / "data")
+    subprocess.run([sys.executable, "-c", _KILLED_WHILE_IT_UNPACKS, str(tmp_path)], check=False)
+    (left,) = settings.bundles_dir.iterdir()
+    assert (left / "whole" / "a.pov").exists()
+    sweep_attempts(settings)
+    assert list(settings.bundles_dir.iterdir()) == []
+
+
+def test_a_bundle_that_is_being_unpacked_is_not_swept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    place, digest = with_bundle(tmp_path)
+
+    def swept_meanwhile(data: bytes, folder: Path) -> None:
+        sweep_attempts(place.settings)
+        assert folder.is_dir()
+        unpack(data, folder)
+
+    monkeypatch.setattr(bundle_folder, "unpack", swept_meanwhile)
+    with place.bundle(digest) as folder:
+        assert (folder / "a.pov").is_file()
 
 
 def test_a_new_folder_that_is_not_locked_yet_is_not_swept(tmp_path: Path) -> None:

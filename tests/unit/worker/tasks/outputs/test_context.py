@@ -101,6 +101,7 @@ class Tells:
 
 LONG: list[dict[str, Any]] = [
     {"kind": "hci", "disparity": "none"},
+    {"kind": "subaperture_ppm"},
     {"kind": "print", "dpi": 300, "file_format": "png"},
 ]
 """Of a frame that takes long, more is told than that it was begun."""

@@ -201,21 +201,29 @@ def captured(ortho: NDArray[np.float64], rig: dict[str, Any]) -> NDArray[np.floa
 
 def test_a_stopped_folder_goes_on_where_it_was(tmp_path: Path) -> None:
     class Ends:
-        progress = 0.0
+        """A monitor that stops the work after a number of reports."""
 
-        def __init__(self, looks: int) -> None:
-            self.looks = looks
+        def __init__(self, reports: int) -> None:
+            self.told: list[float] = []
+            self.reports = reports
+
+        @property
+        def progress(self) -> float:
+            return self.told[-1]
+
+        @progress.setter
+        def progress(self, fraction: float) -> None:
+            self.told.append(fraction)
 
         def should_stop(self) -> bool:
-            self.looks -= 1
-            return self.looks < 0
+            return len(self.told) >= self.reports
 
         def announce_end(self) -> None: ...
 
     job = coded_job(tmp_path, ["hci", "mpeg_lenslet"])
-    for output, looks in (("hci", 31), ("mpeg_lenslet", 1)):
+    for output, reports in (("hci", 31), ("mpeg_lenslet", 1)):
         with pytest.raises(Stopped):
-            job.make(output, Ends(looks))
+            job.make(output, Ends(reports))
     assert len(files_of(job, "hci")) == 30
     assert {Path(name).suffix for name in files_of(job, "mpeg_lenslet")} == {".xml"}
     before = job.place.store.etag(f"{JOB_ID}/exports/hci/0001/input_Cam000.png")

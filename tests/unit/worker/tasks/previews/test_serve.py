@@ -50,6 +50,16 @@ def sent(broker: Broker, *, is_wanted: bool = True) -> PreviewOrder:
     return order
 
 
+def test_a_store_that_is_away_is_answered_and_the_process_goes_on(
+    broker: Broker, orders: PreviewOrders, tmp_path: Path
+) -> None:
+    place = local_place(tmp_path)
+    place.settings.artifacts_dir.write_text("in the way")
+    failure = PreviewServer(place, orders).answer_to(sent(broker)).failure
+    assert failure is not None
+    assert failure.code == "store-unavailable"
+
+
 def test_an_order_that_nobody_waits_for_is_skipped(broker: Broker, orders: PreviewOrders) -> None:
     sent(broker, is_wanted=False)
     wanted = sent(broker)
