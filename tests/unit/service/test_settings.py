@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import os
+from pathlib import Path
+
 import pytest
 from fastapi.routing import iter_route_contexts
 from pydantic import ValidationError
+from sqlalchemy import make_url
 
 from service.main import create_app
 from service.settings import OWN_PATHS, Settings
@@ -47,3 +51,9 @@ def test_a_panel_is_only_on_the_machine_of_the_user(url: str) -> None:
 def test_every_path_of_the_service_is_known_to_the_settings(farm: Farm) -> None:
     paths = [str(route.path) for route in iter_route_contexts(create_app(farm.settings, farm.parts).routes)]
     assert {path.split("/")[1] for path in paths} - {""} == OWN_PATHS
+
+
+@pytest.mark.parametrize("name", ["data", "a?b", "a#b", "a%41", "ä b+c", os.fsdecode(b"caf\xe9%3f"), "a:b@c;d&e=f"])
+def test_the_database_is_in_the_data_folder_whatever_its_name_is(tmp_path: Path, name: str) -> None:
+    url = make_url(Settings(data_dir=tmp_path / name).database)
+    assert (url.database, url.query) == (str(tmp_path / name / "lippmann.db"), {})

@@ -11,6 +11,7 @@ import tempfile
 from pathlib import Path
 
 import pytest
+from redis import Redis
 
 from lippmann.errors import BadInput, FarmFailed
 from lippmann.farm.listening import listening_socket, url_of
@@ -80,6 +81,13 @@ def test_the_socket_can_be_bound_however_long_the_data_folders_path_is(letters: 
         broker.clear_socket(path, folder)
         assert not path.exists()
         assert path.parent.exists() == (letters < 100)
+
+
+@pytest.mark.parametrize("name", ["a?b", "a#b", "a%41", "a\tb", "a\nb"])
+def test_the_socket_of_a_data_folder_with_characters_of_urls_can_be_in_one(tmp_path: Path, name: str) -> None:
+    path = broker.socket_path(tmp_path / name / "broker", short_dir=tmp_path)
+    assert name not in str(path)
+    assert Redis.from_url(f"unix://{path}").connection_pool.connection_kwargs["path"] == str(path)
 
 
 def test_two_data_folders_never_share_a_short_socket(tmp_path: Path) -> None:
