@@ -287,7 +287,10 @@ class Settings(BrokerSettings):
     @field_validator("trusted_proxies", "metrics_networks")
     @classmethod
     def _check_networks(cls, text: str) -> str:
-        _networks(text)
+        try:
+            _networks(text)
+        except ValueError:
+            raise ValueError(f"expected addresses and networks, such as 10.0.0.0/8, got {text!r}") from None
         return text
 
     @field_validator("oidc_issuer")

@@ -226,23 +226,12 @@ def status(output: Output, connection: Connection) -> None:
 
 
 def _set_profile(pool: str | None, tags: list[str] | None) -> None:
-    """Give the settings of the worker the pool and the tags of the command line, and check them and its hours."""
-    from pydantic import ValidationError
-
-    from lippmann.errors import BadInput
+    """Give the settings of the worker the pool and the tags of the command line, and check them."""
     from worker.settings import WorkerSettings
 
     given = {"LIPPMANN_WORKER_POOL": pool, "LIPPMANN_WORKER_TAGS": ",".join(tags) if tags else None}
     os.environ |= {name: value for name, value in given.items() if value is not None}
-    try:
-        WorkerSettings()
-    except ValidationError as error:
-        first = error.errors(include_url=False, include_context=False)[0]
-        name = f"LIPPMANN_{str(first['loc'][0]).upper()}" if first["loc"] else "settings"
-        message = first["msg"].removeprefix("Value error, ")
-        if name not in (*given, "LIPPMANN_WORKER_HOURS"):  # A URL may have a password in it.
-            raise BadInput(f"{name}: {message.partition(', got ')[0]}, got another value") from None
-        raise BadInput(f"{name}: {message}, got {first['input']!r}") from error
+    WorkerSettings()
 
 
 def _prepare_folder(data_dir: Path, written: Path) -> None:
