@@ -8,10 +8,12 @@ import re
 from pathlib import Path
 from typing import Any
 
-from pydantic import field_validator
-from pydantic_settings import BaseSettings, SettingsConfigDict
+from pydantic import ValidationError, field_validator
+from pydantic_settings import BaseSettings, SettingsConfigDict, SettingsError
 
+from lippmann.errors import BadInput
 from lippmann.job.fields.old_names import rename_settings
+from lippmann.job.fields.problem_words import expected_words, got_words
 from lippmann.job.messages import wire
 from lippmann.job.messages.seals import Seals
 from lippmann.key_file import ORDER_KEY_FILE, KeyFile, read_secret
@@ -22,7 +24,13 @@ ENDPOINT_URL = re.compile(r"https?://[^/@\s]+/?")
 
 
 class BrokerSettings(BaseSettings):
-    """Settings of a process that sends and receives messages; they come from environment variables LIPPMANN_..."""
+    """Settings of a process that sends and receives messages; they come from environment variables LIPPMANN_...
+
+    Raises
+    ------
+    BadInput
+        If a value is invalid, with the name of its variable.
+    """
 
     model_config = SettingsConfigDict(env_prefix="LIPPMANN_", frozen=True, use_attribute_docstrings=True)
 
@@ -69,7 +77,12 @@ class BrokerSettings(BaseSettings):
     def __init__(self, **values: Any) -> None:
         for note in rename_settings(os.environ):
             logging.getLogger(__name__).warning(note)
-        super().__init__(**values)
+        try:
+            super().__init__(**values)
+        except ValidationError as error:
+            raise BadInput(_problem(error)) from None  # The error has the values, and some are secrets.
+        except SettingsError as error:  # It names the setting, and not the value.
+            raise BadInput(f"expected JSON where a setting is an object, got another text: {error}") from None
 
     @property
     def broker(self) -> str:
@@ -86,3 +99,18 @@ class BrokerSettings(BaseSettings):
     def seals(self) -> Seals:
         """The seals of the messages between the service and the workers."""
         return Seals(self.order_keys.keys, accept_unsigned=self.accept_unsigned)
+
+
+def _problem(error: ValidationError) -> str:
+    """Return the first problem with the variable of the environment; a value that may have a password is left out."""
+    item: Any = error.errors(include_url=False)[0]
+    words = expected_words(item)
+    if not item["loc"]:
+        return words
+    name = str(item["loc"][0])
+    if item["type"] == "value_error":  # The words of a check of ours end with the value.
+        words = words.partition(", got ")[0].removeprefix("expected ")
+    is_secret = name.endswith(("_url", "_endpoint")) or "@" in str(item["input"])
+    return (
+        f"LIPPMANN_{name.upper()}: expected {words}, got {'another value' if is_secret else got_words(item['input'])}"
+    )

@@ -287,7 +287,10 @@ class Settings(BrokerSettings):
     @field_validator("trusted_proxies", "metrics_networks")
     @classmethod
     def _check_networks(cls, text: str) -> str:
-        _networks(text)
+        try:
+            _networks(text)
+        except ValueError:
+            raise ValueError(f"expected addresses and networks, such as 10.0.0.0/8, got {text!r}") from None
         return text
 
     @field_validator("oidc_issuer")
@@ -336,7 +339,11 @@ class Settings(BrokerSettings):
     @property
     def database(self) -> str:
         """The URL of the database."""
-        return self.database_url or f"sqlite:///{self.data_dir.resolve() / 'lippmann.db'}"
+        if self.database_url:
+            return self.database_url
+        path = str(self.data_dir.resolve() / "lippmann.db")
+        # SQLAlchemy's own URLs refuse names that are no UTF-8; only these two characters mean something in a path.
+        return f"sqlite:///{path.replace('%', '%25').replace('?', '%3F')}"
 
     @property
     def base_url(self) -> str:

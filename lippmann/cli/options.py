@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import functools
 import inspect
+import math
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -16,6 +17,7 @@ import typer
 
 from lippmann.client import address
 from lippmann.client.connection import Connection
+from lippmann.errors import BadInput
 from lippmann.terminal.output import Output
 
 RECONNECT_S = 60.0
@@ -78,6 +80,19 @@ _OPTIONS: Mapping[type, Mapping[str, tuple[Any, Any]]] = {
     Connection: {"url": (Url, None), "key": (Key, None), "data_dir": (DataDir, DATA_DIR)},
 }
 """The options of each part of the context, which are the arguments of its constructor: annotation and default."""
+
+
+def finite(option: typer.CallbackParam, number: float | None) -> float | None:
+    """Return the number of an option that goes to the service in JSON, which has no infinite ones.
+
+    Raises
+    ------
+    BadInput
+        If it is infinite or no number.
+    """
+    if number is not None and not math.isfinite(number):
+        raise BadInput(f"{option.opts[0]}: expected a finite number, got {number}")
+    return number
 
 
 def with_context(command: Callable[..., None]) -> Callable[..., None]:

@@ -11,7 +11,6 @@ import secrets
 import socket
 import sys
 import threading
-import webbrowser
 from collections.abc import Callable
 from contextlib import suppress
 from http import HTTPStatus
@@ -25,19 +24,21 @@ _READ_S = 2.0
 """The time that a request may take to arrive."""
 
 
-def open_browser(make_link: Callable[[], str]) -> bool:
+def open_browser(make_link: Callable[[], str], open_at: Callable[[str], bool]) -> bool:
     """Open a browser at a link and return whether there is one.
 
     Parameters
     ----------
     make_link
         Makes the link when the browser asks, from a thread of its own.
+    open_at
+        Opens a browser at a URL, and returns whether there is one.
     """
     if not _TCP.exists():
-        return webbrowser.open(make_link())
+        return open_at(make_link())
     door = _Door(make_link)
     threading.Thread(target=door.serve, name="browser-door", daemon=True).start()
-    return webbrowser.open(door.url)
+    return open_at(door.url)
 
 
 class _Door(HTTPServer):

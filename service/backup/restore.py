@@ -40,11 +40,16 @@ def check_backup(backup: Path, *, artifacts: bool) -> Manifest:
     Raises
     ------
     BadInput
-        If the folder is no backup, or artifacts are asked for and it has none.
+        If the folder is no backup of this or an earlier version, or artifacts are asked for and it has none.
     BackupBroken
         If a file is missing, truncated or altered.
     """
     manifest = read_manifest(backup)
+    known = revisions()
+    if manifest.revision not in known:
+        raise BadInput(
+            f"expected a schema revision up to {known[0]}, got {manifest.revision}: a newer version wrote it"
+        )
     for name, lines in manifest.tables.items():
         check_lines(path_of_table(backup / DATABASE, name), lines)
     if artifacts and manifest.artifacts is None:
@@ -72,11 +77,7 @@ def restore_backup(backup: Path, database: Database, store: ArtifactStore | None
         If the backup is truncated or was altered. Then nothing is written.
     """
     manifest = check_backup(backup, artifacts=store is not None)
-    head = revisions()[0]
-    if manifest.revision not in revisions():
-        raise BadInput(f"expected a schema revision up to {head}, got {manifest.revision}: a newer version wrote it")
-    with database.connecting() as connection:
-        _check_empty(connection, database)
+    check_database(database)
     if store is not None and manifest.artifacts is not None:
         _load_artifacts(store, backup, manifest.artifacts)
     with database.connecting() as connection:
@@ -87,7 +88,7 @@ def restore_backup(backup: Path, database: Database, store: ArtifactStore | None
         with Session(connection, autoflush=False) as session:
             taken_back = reset_running(session, store_id=None if store is None else store.make_identity())
             session.flush()
-    return Restored(manifest=manifest, revision=head, taken_back=taken_back)
+    return Restored(manifest=manifest, revision=revisions()[0], taken_back=taken_back)
 
 
 def check_folder(data_dir: Path, *, artifacts: bool) -> None:
@@ -107,6 +108,20 @@ def check_folder(data_dir: Path, *, artifacts: bool) -> None:
     found = sorted(path.name for path in data_dir.iterdir() if path.name not in allowed) if data_dir.exists() else []
     if found:
         raise BadInput(f"expected an empty data folder, got {data_dir} with {', '.join(found[:5])}")
+
+
+def check_database(database: Database) -> None:
+    """Check that a database is empty. A file that does not exist is, and none is made.
+
+    Raises
+    ------
+    BadInput
+        If it has tables.
+    """
+    if database.is_sqlite and not Path(database.url.database or "").exists():
+        return
+    with database.connecting() as connection:
+        _check_empty(connection, database)
 
 
 def _load_artifacts(store: ArtifactStore, backup: Path, part: ArtifactPart) -> None:

@@ -16,7 +16,7 @@ from typing import Any, TypeVar, cast
 
 from sqlalchemy import Connection, CursorResult, create_engine, event, text
 from sqlalchemy.engine import URL, Engine, ExceptionContext, make_url
-from sqlalchemy.exc import DBAPIError, OperationalError, ProgrammingError
+from sqlalchemy.exc import ArgumentError, DatabaseError, DBAPIError, OperationalError
 from sqlalchemy.orm import Session
 from sqlalchemy.sql.dml import UpdateBase
 
@@ -54,12 +54,20 @@ class Database:
     ----------
     reserve_bytes
         The size of the file that is given up when the disk of SQLite is full, bytes; see `service.db.reserve`.
+
+    Raises
+    ------
+    BadInput
+        If the URL is not one of a database that can be used.
     """
 
     def __init__(self, url: str, *, reserve_bytes: int = 0) -> None:
-        self.url = make_url(url)
-        self.is_sqlite = self.url.get_backend_name() == "sqlite"
-        self._engine = _sqlite_engine(self.url) if self.is_sqlite else _postgresql_engine(self.url)
+        try:
+            self.url = make_url(url)
+            self.is_sqlite = self.url.get_backend_name() == "sqlite"
+            self._engine = _sqlite_engine(self.url) if self.is_sqlite else _postgresql_engine(self.url)
+        except (ArgumentError, ImportError, ValueError) as error:  # No URL, no such driver, no number as the port.
+            raise _refusal(error) from None
         self._write_engine = self._engine.execution_options(writes=True)
         self._check: Callable[[Session], None] | None = None
         file = self.url.database if self.is_sqlite else None
@@ -160,24 +168,34 @@ def opened(url: str, *, must_exist: bool = True) -> Iterator[Database]:
     BadInput
         If the database is a file that does not exist, although it must.
     FarmFailed
-        If the database does not answer, or has not the tables of this version or no right to them.
+        If the database does not answer, is damaged or none, or has not the tables of this version or no right to them.
     """
     database = Database(url)
     if must_exist and database.is_sqlite and not Path(database.url.database or "").is_file():
         raise BadInput(f"expected the database of a farm, got no {database.url.database}")
     try:
         yield database
-    except (OperationalError, ProgrammingError) as error:
+    except DatabaseError as error:
         if _lacks_tables(error):
             raise FarmFailed(
                 "expected a database with the tables of this version and the right to use them, which "
                 f"`lippmann migrate` makes, got: {error.orig}"
             ) from error
-        if isinstance(error, ProgrammingError):
-            raise
-        raise FarmFailed(f"the database does not answer: {error.orig}") from error
+        if isinstance(error, OperationalError):
+            raise FarmFailed(f"the database does not answer: {error.orig}") from error
+        if type(error) is DatabaseError:  # What SQLite says of a file.
+            raise FarmFailed(f"expected a database, got a file that is damaged or none: {error.orig}") from error
+        raise
     finally:
         database.dispose()
+
+
+def _refusal(error: Exception) -> BadInput:
+    """Return what is wrong with the URL of a database, which is not repeated, since it has a password in it."""
+    expected, got = "postgresql+psycopg://USER:PASSWORD@HOST:PORT/NAME", "another value"
+    if isinstance(error, ImportError) and error.name == "psycopg":
+        expected, got = "the extra `postgresql` of the package to be installed", "no psycopg"
+    return BadInput(f"LIPPMANN_DATABASE_URL: expected {expected}, got {got}")
 
 
 def _lacks_tables(error: DBAPIError) -> bool:

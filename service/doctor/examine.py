@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 from sqlalchemy import Connection
@@ -71,16 +71,22 @@ def examine(patient: Patient, *, now_s: float, by_content: bool = False) -> tupl
     return tuple(found)
 
 
-def examine_and_repair(patient: Patient, *, now_s: float, by_content: bool = False) -> Diagnosis:
-    """Examine a farm, repair what can be repaired, and examine it again."""
-    before = examine(patient, now_s=now_s, by_content=by_content)
+def examine_and_repair(patient: Patient, *, clock: Callable[[], float], by_content: bool = False) -> Diagnosis:
+    """Examine a farm, repair what can be repaired, and examine it again.
+
+    Parameters
+    ----------
+    clock
+        Returns the seconds since 1970. It is read anew for each part, since to examine the store may take hours.
+    """
+    before = examine(patient, now_s=clock(), by_content=by_content)
     checks = {finding.check for finding in before if finding.repairable}
     if not checks:
         return Diagnosis(before)
-    repair_rows(patient.database, patient.settings, checks, now_s=now_s)
-    repair_store(patient.database, patient.store, checks, now_s=now_s)
+    repair_rows(patient.database, patient.settings, checks, clock=clock)
+    repair_store(patient.database, patient.store, checks, now_s=clock())
     repair_artifacts(patient.database, patient.store, before)
-    after = examine(patient, now_s=now_s, by_content=by_content)
+    after = examine(patient, now_s=clock(), by_content=by_content)
     left = {(finding.check, finding.job_id) for finding in after}
     gone = tuple(finding for finding in before if (finding.check, finding.job_id) not in left)
     return Diagnosis(after, repaired=gone)

@@ -48,14 +48,16 @@ Examine = Callable[[Place], Iterable[Finding]]
 Repair = Callable[[Place, Finding], None]
 
 
-def repair_rows(database: Database, settings: Settings, checks: Collection[Check], *, now_s: float) -> None:
+def repair_rows(
+    database: Database, settings: Settings, checks: Collection[Check], *, clock: Callable[[], float]
+) -> None:
     """Repair the rows that violate some checks, in the order in which one repair may need another."""
     if Check.COORDINATOR in checks:
         migrate(database)
     for examine, repairs in _ROUNDS:
         if repairs.keys() & checks or Check.NOT_ENDED in repairs:
             with database.writing() as session:
-                place = Place(session, settings, now_s)
+                place = Place(session, settings, clock())
                 for finding in list(examine(place)):
                     if finding.repairable and finding.check in repairs:
                         repairs[finding.check](place, finding)

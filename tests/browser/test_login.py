@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import webbrowser
 from collections.abc import Callable
 
-import pytest
 from playwright.sync_api import Page, expect
 
 from lippmann.farm.browser_door import open_browser
@@ -65,14 +63,16 @@ def test_a_login_link_opens_the_dashboard(page: Page, farm: Farm) -> None:
     expect(page.get_by_role("heading", name="Jobs")).to_be_visible()
 
 
-def test_the_browser_of_up_comes_in_by_an_address_that_is_no_link(
-    page: Page, farm: Farm, watch: Watch, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_browser_of_up_comes_in_by_an_address_that_is_no_link(page: Page, farm: Farm, watch: Watch) -> None:
     with farm.service.state.database.writing() as session:
         token = create_login_token(session)
     addresses: list[str] = []
-    monkeypatch.setattr(webbrowser, "open", addresses.append)
-    open_browser(lambda: f"{farm.url}/login?token={token}")
+
+    def open_at(address: str) -> bool:
+        addresses.append(address)
+        return True
+
+    open_browser(lambda: f"{farm.url}/login?token={token}", open_at)
     assert token not in addresses[0]
     page.goto(addresses[0])
     expect(page.get_by_role("heading", name="Jobs")).to_be_visible()

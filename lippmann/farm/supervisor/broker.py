@@ -15,6 +15,9 @@ from lippmann.errors import BadInput, FarmFailed
 MAX_SOCKET_PATH = 107
 """The largest length of the path of a Unix socket, bytes: sun_path without its final zero (unix(7))."""
 
+_NOT_IN_URL = frozenset("?#%\t\r\n")
+"""The characters that a path in the URL of a Unix socket cannot have: its readers differ in what they make of them."""
+
 READY = "eady to accept connections"
 """The text that Valkey and every Redis print when they accept connections."""
 
@@ -46,9 +49,12 @@ def _in_wheel() -> str | None:
 
 
 def socket_path(broker_dir: Path, *, short_dir: Path = Path("/tmp")) -> Path:  # noqa: S108 - private_folder checks it
-    """Return the socket of the server, which is in a short private folder if the path in its own folder is too long."""
+    """Return the socket of the server.
+
+    It is in a short private folder if the path in the server's own folder is too long or cannot be in a URL.
+    """
     path = broker_dir.resolve() / "broker.sock"
-    if len(os.fsencode(path)) <= MAX_SOCKET_PATH:
+    if len(os.fsencode(path)) <= MAX_SOCKET_PATH and _NOT_IN_URL.isdisjoint(str(path)):
         return path
     name = hashlib.sha256(os.fsencode(path)).hexdigest()[:12]
     return short_dir / f"lippmann-{os.getuid()}-{name}" / "broker.sock"

@@ -28,6 +28,9 @@ class ChildPlan:
     grace_s: float
     """The time in which the child must end after SIGTERM, s."""
     environment: Mapping[str, str] = field(default_factory=dict)
+    """The variables that the child gets besides those of this process."""
+    kept_back: frozenset[str] = frozenset()
+    """The variables of this process that the child does not get."""
     passed_descriptors: tuple[int, ...] = ()
     """The file descriptors that the child inherits."""
     start_within_s: float = 120.0
@@ -63,13 +66,17 @@ class Child:
                 stdin=subprocess.DEVNULL,
                 stdout=child_end,
                 stderr=subprocess.STDOUT,
-                env=os.environ | dict(self.plan.environment),
+                env=self._environment(),
                 pass_fds=self.plan.passed_descriptors,
                 preexec_fn=dying_with(os.getpid()),
             )
         finally:
             os.close(child_end)
         return output
+
+    def _environment(self) -> dict[str, str]:
+        inherited = {name: value for name, value in os.environ.items() if name not in self.plan.kept_back}
+        return inherited | dict(self.plan.environment)
 
     def terminate(self) -> None:
         """Send SIGTERM to the process."""

@@ -19,6 +19,18 @@ SERVICE_READY = "The service listens"
 WORKER_READY = " ready."
 """The text that Celery prints when it accepts orders."""
 
+OF_OTHER_FARMS = frozenset(
+    {
+        "LIPPMANN_COORDINATOR",
+        "LIPPMANN_JOIN_FILE",
+        "LIPPMANN_REDIS_CA_FILE",
+        "LIPPMANN_REDIS_PASSWORD_FILE",
+        "LIPPMANN_WORKER_KEY_FILE",
+    }
+)
+"""The settings of a farm of several machines, which a shell may have for it. This farm has one service, one worker and
+a broker on a socket, without a password."""
+
 _LIPPMANN = (sys.executable, "-P", "-m", "lippmann.cli.main")
 # With -P, a folder `worker` in the current folder is not imported instead of ours.
 
@@ -41,6 +53,7 @@ def child_plans(plan: FarmPlan, *, server: Path, socket: Path, listen_fd: int, u
             ready_text=SERVICE_READY,
             grace_s=8.0,
             environment=environment,
+            kept_back=OF_OTHER_FARMS,
             passed_descriptors=(listen_fd,),
         ),
         ChildPlan(
@@ -53,6 +66,7 @@ def child_plans(plan: FarmPlan, *, server: Path, socket: Path, listen_fd: int, u
                 "LIPPMANN_WORKER_NAME": name,
                 **({"LIPPMANN_NEEDS_POVRAY": "false"} if plan.without_povray else {}),
             },
+            kept_back=OF_OTHER_FARMS,
         ),
     )
 

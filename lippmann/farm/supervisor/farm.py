@@ -65,7 +65,7 @@ class Farm:
             self._send_stop()
             self._supervisor.wait()
         except KeyboardInterrupt:
-            self._on_event({"event": "killing"})
+            self._tell({"event": "killing"})
         finally:
             with suppress(BrokenPipeError):
                 self._commands.close()  # The supervisor sees the end of its stdin and kills everything.
@@ -74,18 +74,24 @@ class Farm:
             kill_all_below()
 
     def _receive(self) -> None:
-        for line in self._events:
-            event = json.loads(line)
-            if event["event"] == "ready":
-                self.address = Address(url=event["url"], key=event["key"])
-                self._up_or_ended.set()
-            elif event["event"] == "failed":
-                kind = BadInput if event["code"] == BadInput.code else FarmFailed
-                self._failure = kind(event["message"])
-            else:
-                self._on_event(event)
-        self._ended.set()
-        self._up_or_ended.set()
+        try:
+            for line in self._events:
+                event = json.loads(line)
+                if event["event"] == "ready":
+                    self.address = Address(url=event["url"], key=event["key"])
+                    self._up_or_ended.set()
+                elif event["event"] == "failed":
+                    kind = BadInput if event["code"] == BadInput.code else FarmFailed
+                    self._failure = kind(event["message"])
+                else:
+                    self._tell(event)
+        finally:
+            self._ended.set()
+            self._up_or_ended.set()
+
+    def _tell(self, event: Mapping[str, Any]) -> None:
+        with suppress(OSError, ValueError):  # The listener prints, and the farm goes on where nobody reads that.
+            self._on_event(event)
 
     def _send_stop(self) -> None:
         with suppress(BrokenPipeError):  # The supervisor has ended already.

@@ -135,7 +135,9 @@ def test_the_next_start_has_the_jobs_and_keys_of_the_last(tmp_path: Path) -> Non
 
 
 @pytest.mark.promise("Between processes", "No other user of the machine lists or reads the files of a farm.")
-@pytest.mark.parametrize("name", ["dätä 日", os.fsdecode(b"caf\xe9")], ids=["UTF-8", "ISO 8859-1"])
+@pytest.mark.parametrize(
+    "name", ["dätä 日", os.fsdecode(b"caf\xe9"), "a?b#c%41"], ids=["UTF-8", "ISO 8859-1", "characters of URLs"]
+)
 def test_a_data_folder_may_have_any_name_and_is_closed_to_other_users(tmp_path: Path, name: str) -> None:
     small = {"px_per_lens": 2, "lens_array": {"count": [4, 4]}}
     with lippmann_up(tmp_path / name) as up, up.client() as client:
@@ -148,6 +150,7 @@ def test_a_data_folder_may_have_any_name_and_is_closed_to_other_users(tmp_path: 
         )
         assert fetched.returncode == 0, fetched.stderr
     assert (tmp_path / name / "out" / "video" / "views.mp4").stat().st_size > 0
+    assert [path.name for path in tmp_path.iterdir()] == [name], "nothing is beside the folder"
     shutil.rmtree(tmp_path / name / "out")  # which a user made, and no farm
     _check_closed(tmp_path / name)
 

@@ -38,12 +38,13 @@ from service.db import coordinator as coordinator_rows
 from service.db import events as event_rows
 from service.db.counters import miscounted
 from service.db.engine import Database
-from service.db.migrations import alembic_config, revisions
+from service.db.migrations import alembic_config, migrate, revisions
 from service.db.tables import CoordinatorRow, Job, StopRequest, Task
 from service.schemas.access import AuditAction, Role
 from service.schemas.events import EventTopic
 from service.store_identity import identify_store, known_identity
 from tests.builders_service import CALLER, T0, Farm, claimed, done, heartbeat
+from tests.integration.lippmann.conftest import run
 from tests.integration.service.test_migration import TABLES, _copy
 from tests.integration.service.test_migration import old as old
 from worker.store.local import LocalStore
@@ -244,6 +245,30 @@ def test_a_backup_of_a_newer_release_is_refused(tmp_path: Path, make_backup: Pat
     _change_manifest(make_backup, revision="9999")
     with pytest.raises(BadInput, match="9999: a newer version wrote it"):
         restore_backup(make_backup, _nothing(tmp_path), None)
+
+
+def test_a_refused_restore_leaves_the_folder_for_the_right_backup(tmp_path: Path, make_backup: Path) -> None:
+    folder, used = tmp_path / "r1", Database(f"sqlite:///{tmp_path}/used.db")
+    migrate(used)
+    used.dispose()
+    words = ("restore", str(make_backup), "--data-dir", str(folder))
+    refused = run(*words, LIPPMANN_DATABASE_URL=f"sqlite:///{tmp_path}/used.db")
+    assert (refused.returncode, "expected an empty database" in refused.stderr) == (2, True)
+    revision = read_manifest(make_backup).revision
+    _change_manifest(make_backup, revision="9999")
+    refused = run(*words)
+    assert (refused.returncode, "9999: a newer version wrote it" in refused.stderr) == (2, True)
+    _change_manifest(make_backup, revision=revision)
+    restored = run(*words)
+    assert restored.returncode == 0, restored.stderr
+
+
+def test_a_store_that_is_not_empty_is_refused_before_a_database_is_made(tmp_path: Path, make_backup: Path) -> None:
+    target = LocalStore(tmp_path / "target")
+    target.put_bytes("scenes/ab.zip", b"PK")
+    with pytest.raises(BadInput, match=r"expected an empty artifact store, got one with scenes/ab.zip"):
+        restore_backup(make_backup, _nothing(tmp_path), target)
+    assert not (tmp_path / "nothing").exists()
 
 
 @pytest.fixture

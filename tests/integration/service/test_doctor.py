@@ -158,7 +158,7 @@ def test_what_is_broken_in_a_running_job_is_found_and_repaired_and_the_job_ends(
     before = found(farm)
     assert {finding.check for finding in before if finding.level is Level.ERROR} >= {check}
     assert all(finding.repairable for finding in before)
-    diagnosis = examine_and_repair(patient_of(farm), now_s=farm.now_s)
+    diagnosis = examine_and_repair(patient_of(farm), clock=lambda: farm.now_s)
     assert (diagnosis.is_healthy, diagnosis.findings) == (True, ())
     assert check in {finding.check for finding in diagnosis.repaired}
     farm.plan()
@@ -166,6 +166,31 @@ def test_what_is_broken_in_a_running_job_is_found_and_repaired_and_the_job_ends(
     job = farm.job(job_id)
     assert (job.status, job.frames_done, job.done, job.done_px) == (JobStatus.DONE, 4, 14, job.total_px)
     assert found(farm) == []
+
+
+def test_a_leader_that_lives_on_while_the_store_is_read_keeps_its_office_in_a_repair(
+    farm: Farm, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def renew(now_s: float) -> None:
+        sql(farm, f"UPDATE coordinator SET leader_until_s = {now_s + farm.settings.leader_ttl_s} WHERE leader = 'x'")
+
+    in_mid_job(farm)
+    store_artifacts(farm)
+    sql(farm, "UPDATE coordinator SET idle_s = -5, leader = 'x'")
+    renew(farm.now_s)
+    folders = farm.store.folders
+
+    def read_for_long() -> list[str]:
+        farm.now_s += 600.0
+        renew(farm.now_s)
+        return folders()
+
+    monkeypatch.setattr(farm.store, "folders", read_for_long)
+    diagnosis = examine_and_repair(patient_of(farm), clock=lambda: farm.now_s)
+    assert [finding for finding in diagnosis.findings if finding.check is Check.LEADER] == []
+    assert Check.IDLE_CLOCK in {finding.check for finding in diagnosis.repaired}
+    with farm.database.reading() as session:
+        assert coordinator_rows.is_led_by(session, "x")
 
 
 def finish(farm: Farm) -> None:
@@ -184,7 +209,7 @@ def test_a_held_task_of_an_ended_job_is_released(farm: Farm) -> None:
     job_id = in_mid_job(farm)
     sql(farm, "UPDATE jobs SET status = 'cancelled'")
     assert {finding.check for finding in found(farm)} == {Check.HELD_AFTER_END}
-    assert examine_and_repair(patient_of(farm), now_s=farm.now_s).is_healthy
+    assert examine_and_repair(patient_of(farm), clock=lambda: farm.now_s).is_healthy
     assert {task.status for task in farm.tasks(job_id)} & {TaskStatus.RUNNING, TaskStatus.DISPATCHED} == set()
 
 
@@ -193,7 +218,7 @@ def test_a_job_whose_tasks_have_ended_ends(farm: Farm) -> None:
     farm.work()
     sql(farm, "UPDATE jobs SET status = 'running'")
     assert {finding.check for finding in found(farm)} == {Check.NOT_ENDED}
-    assert examine_and_repair(patient_of(farm), now_s=farm.now_s).is_healthy
+    assert examine_and_repair(patient_of(farm), clock=lambda: farm.now_s).is_healthy
     assert farm.job(job_id).status is JobStatus.DONE
 
 
@@ -203,7 +228,7 @@ def test_a_probe_whose_measurements_are_missing_runs_again(farm: Farm) -> None:
     farm.say(claimed(order), done(order))
     sql(farm, "UPDATE jobs SET probe = NULL, background_job = NULL")
     assert {finding.check for finding in found(farm)} == {Check.UNPLANNED}
-    assert examine_and_repair(patient_of(farm), now_s=farm.now_s).is_healthy
+    assert examine_and_repair(patient_of(farm), clock=lambda: farm.now_s).is_healthy
     for order in farm.dispatch():
         farm.say(claimed(order), done(order))
     farm.plan()
@@ -226,7 +251,7 @@ def test_what_cannot_be_repaired_is_found(farm: Farm, what: str) -> None:
     in_mid_job(farm)
     store_artifacts(farm)
     sql(farm, statement)
-    diagnosis = examine_and_repair(patient_of(farm), now_s=farm.now_s)
+    diagnosis = examine_and_repair(patient_of(farm), clock=lambda: farm.now_s)
     assert check in {finding.check for finding in diagnosis.findings if finding.level is Level.ERROR}
     assert not diagnosis.is_healthy
 
@@ -318,7 +343,7 @@ def test_a_repair_lets_the_farm_make_damaged_artifacts_of_a_done_job_again(
     store_artifacts(farm)
     for name in ("orthoscopic/0002.exr", "tiles/0003/01-00.exr"):
         damage(farm, names.job_artifact(job_id, name))
-    diagnosis = examine_and_repair(patient_of(farm), now_s=farm.now_s)
+    diagnosis = examine_and_repair(patient_of(farm), clock=lambda: farm.now_s)
     assert (diagnosis.findings, [one.check for one in diagnosis.repaired]) == ((), [Check.ARTIFACTS])
     again = [(task.kind, task.frame) for task in farm.tasks(job_id) if task.status is TaskStatus.READY]
     assert again == [(TaskKind.ASSEMBLE, 2), (TaskKind.RENDER, 3)]
@@ -336,7 +361,7 @@ def test_a_repair_leaves_a_failed_job_as_it_is_and_says_what_repairs_it(farm: Fa
     assert farm.job(job_id).status is JobStatus.FAILED
     store_artifacts(farm)
     del farm.store.files[names.job_artifact(job_id, "tiles/0001/01-00.exr")]
-    (finding,) = examine_and_repair(patient_of(farm), now_s=farm.now_s).findings
+    (finding,) = examine_and_repair(patient_of(farm), clock=lambda: farm.now_s).findings
     assert (finding.check, finding.repairable) == (Check.ARTIFACTS, False)
     assert f"the job is failed, and `lippmann repair {job_id}` makes them again" in finding.message
 
@@ -354,7 +379,7 @@ def test_what_removed_jobs_left_is_swept_and_what_a_lost_database_left_is_kept(f
     assert [(one.check, one.level) for one in found(farm)] == [(Check.ORPHANS, Level.NOTE)]
     farm.now_s += ORPHAN_S + 1
     assert sorted(one.level for one in found(farm)) == [Level.NOTE, Level.WARNING]
-    diagnosis = examine_and_repair(patient_of(farm), now_s=farm.now_s)
+    diagnosis = examine_and_repair(patient_of(farm), clock=lambda: farm.now_s)
     assert (diagnosis.is_healthy, [one.level for one in diagnosis.findings]) == (True, [Level.NOTE])
     assert farm.store.folders() == [kept, "scenes"]
 
@@ -370,7 +395,7 @@ def test_partial_files_of_dead_processes_are_removed(farm: Farm, tmp_path: Path)
     old_s = partial.stat().st_mtime - PARTIAL_S - 60
     os.utime(partial, (old_s, old_s))
     assert [finding.check for finding in examine(patient, now_s=farm.now_s)] == [Check.PARTIAL_FILES]
-    assert examine_and_repair(patient, now_s=farm.now_s).is_healthy
+    assert examine_and_repair(patient, clock=lambda: farm.now_s).is_healthy
     assert not partial.exists()
 
 

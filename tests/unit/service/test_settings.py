@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import os
+from pathlib import Path
+
 import pytest
 from fastapi.routing import iter_route_contexts
-from pydantic import ValidationError
+from sqlalchemy import make_url
 
+from lippmann.errors import BadInput
 from service.main import create_app
 from service.settings import OWN_PATHS, Settings
 from tests.builders_service import Farm
@@ -30,7 +34,7 @@ def test_the_path_of_the_public_url_is_the_prefix(public_url: str, prefix: str) 
     ["?a=b", "#top", "a b", "a//b", "../a", ".", "ä", 'a"b', "a%20b", "a;b", "api", "api/farm", "static", "login"],
 )
 def test_a_path_that_is_not_plain_or_could_be_one_of_the_service_is_refused(path: str) -> None:
-    with pytest.raises(ValidationError, match="public_url"):
+    with pytest.raises(BadInput, match="LIPPMANN_PUBLIC_URL"):
         Settings(public_url=f"https://farm.example/{path}")
 
 
@@ -40,10 +44,46 @@ def test_a_path_that_is_not_plain_or_could_be_one_of_the_service_is_refused(path
 )
 def test_a_panel_is_only_on_the_machine_of_the_user(url: str) -> None:
     assert Settings(panel_url="ws://localhost:11222/driver").panel_url == "ws://localhost:11222/driver"
-    with pytest.raises(ValidationError, match="panel_url"):
+    with pytest.raises(BadInput, match="LIPPMANN_PANEL_URL"):
         Settings(panel_url=url)
 
 
 def test_every_path_of_the_service_is_known_to_the_settings(farm: Farm) -> None:
     paths = [str(route.path) for route in iter_route_contexts(create_app(farm.settings, farm.parts).routes)]
     assert {path.split("/")[1] for path in paths} - {""} == OWN_PATHS
+
+
+@pytest.mark.parametrize("name", ["data", "a?b", "a#b", "a%41", "ä b+c", os.fsdecode(b"caf\xe9%3f"), "a:b@c;d&e=f"])
+def test_the_database_is_in_the_data_folder_whatever_its_name_is(tmp_path: Path, name: str) -> None:
+    url = make_url(Settings(data_dir=tmp_path / name).database)
+    assert (url.database, url.query) == (str(tmp_path / name / "lippmann.db"), {})
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "message"),
+    [
+        ("LEASE_TTL_S", "abc", "LIPPMANN_LEASE_TTL_S: expected a number, got 'abc'"),
+        ("TICK_S", "0", "LIPPMANN_TICK_S: expected a number above 0, got '0'"),
+        ("LOG_FORMAT", "xml", "LIPPMANN_LOG_FORMAT: expected 'plain' or 'json', got 'xml'"),
+        (
+            "TRUSTED_PROXIES",
+            "my-proxy",
+            "LIPPMANN_TRUSTED_PROXIES: expected addresses and networks, such as 10.0",
+        ),
+        (
+            "STORE_URL",
+            "s3://me:hunter2@b",
+            "LIPPMANN_STORE_URL: expected s3://bucket or s3://bucket/prefix, got an",
+        ),
+        ("OIDC_ISSUER", "https://id.example", "expected LIPPMANN_OIDC_CLIENT_ID beside LIPPMANN_OIDC_ISSUER, got none"),
+        ("OIDC_ROLES", "lab", "expected JSON where a setting is an object, got another text: .*oidc_roles"),
+    ],
+)
+def test_a_setting_of_the_environment_that_is_invalid_is_named_in_one_line(
+    monkeypatch: pytest.MonkeyPatch, name: str, value: str, message: str
+) -> None:
+    monkeypatch.setenv(f"LIPPMANN_{name}", value)
+    with pytest.raises(BadInput, match=f"^{message}") as refused:
+        Settings()
+    assert "\n" not in refused.value.message
+    assert "hunter2" not in refused.value.message

@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from lippmann.cli.exit_codes import ExitCode
-from lippmann.cli.options import RECONNECT_S, JobId
+from lippmann.cli.options import RECONNECT_S, JobId, finite
 from lippmann.client.connection import Connection
 from lippmann.terminal.output import Output
 from lippmann.terminal.progress import time_text
@@ -75,7 +75,8 @@ def link(
         str, typer.Argument(metavar="FILE", help="The name of a file of the job, such as video/views.mp4.")
     ],
     hours: Annotated[
-        float | None, typer.Option(min=0.001, help="The hours until the link expires. By default a day.")
+        float | None,
+        typer.Option(min=0.001, callback=finite, help="The hours until the link expires. By default a day."),
     ] = None,
     *,
     output: Output,

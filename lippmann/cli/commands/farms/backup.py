@@ -66,7 +66,7 @@ def restore(
     """Restore a backup into an empty data folder. LIPPMANN_DATABASE_URL names the database if it is not there."""
     from lippmann.farm.supervisor.folder import data_folder
     from lippmann.private_files import keep_private
-    from service.backup.restore import check_backup, check_folder, restore_backup
+    from service.backup.restore import check_backup, check_database, check_folder, restore_backup
     from service.db.engine import opened
     from service.settings import Settings
     from worker.store.opening import open_store
@@ -77,6 +77,7 @@ def restore(
     check_folder(data_dir, artifacts=artifacts)
     # The lock keeps `lippmann up` from starting a farm on a part of the backup.
     with data_folder(data_dir), opened(settings.database, must_exist=False) as database:
+        check_database(database)  # A store that is opened makes its folder, and the next restore would be refused.
         done = restore_backup(source, database, open_store(settings) if artifacts else None)
     text = (
         f"The backup is restored into {data_dir}: {_text(done.manifest)}. "

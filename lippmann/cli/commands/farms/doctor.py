@@ -111,7 +111,7 @@ def _farm(data_dir: Path, *, repair: bool, deep: bool, adopt_store: bool) -> Dia
         if adopt_store:
             adopt(database, patient.store)
         if repair:
-            found = examine_and_repair(patient, now_s=time.time(), by_content=deep)
+            found = examine_and_repair(patient, clock=time.time, by_content=deep)
         else:
             found = Diagnosis(examine(patient, now_s=time.time(), by_content=deep))
         return replace(found, findings=(*found.findings, *check_broker(settings, database)))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import signal
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager, nullcontext, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -52,14 +52,16 @@ def up(
     output: Output,
 ) -> None:
     """Start a farm on this machine: broker, service and worker. Ctrl-C stops it, and the next start continues."""
+    from lippmann.farm.browser_starter import browser_starter
     from lippmann.farm.supervisor.plan import FarmPlan
 
     renders = may_render(output)
     plan = FarmPlan(
         data_dir, host=host, port=port, slots=slots or _cores(), public_url=public_url, without_povray=not renders
     )
-    with _farm(plan, output) as farm:
-        _stay_up(farm, data_dir, output, open_browser=open_browser)
+    # The browser must outlive the farm, so what starts it leaves before the farm adopts orphans.
+    with browser_starter() if open_browser else nullcontext() as open_at, _farm(plan, output) as farm:
+        _stay_up(farm, data_dir, output, open_at=open_at)
 
 
 def demo(
@@ -224,23 +226,12 @@ def status(output: Output, connection: Connection) -> None:
 
 
 def _set_profile(pool: str | None, tags: list[str] | None) -> None:
-    """Give the settings of the worker the pool and the tags of the command line, and check them and its hours."""
-    from pydantic import ValidationError
-
-    from lippmann.errors import BadInput
+    """Give the settings of the worker the pool and the tags of the command line, and check them."""
     from worker.settings import WorkerSettings
 
     given = {"LIPPMANN_WORKER_POOL": pool, "LIPPMANN_WORKER_TAGS": ",".join(tags) if tags else None}
     os.environ |= {name: value for name, value in given.items() if value is not None}
-    try:
-        WorkerSettings()
-    except ValidationError as error:
-        first = error.errors(include_url=False, include_context=False)[0]
-        name = f"LIPPMANN_{str(first['loc'][0]).upper()}" if first["loc"] else "settings"
-        message = first["msg"].removeprefix("Value error, ")
-        if name not in (*given, "LIPPMANN_WORKER_HOURS"):  # A URL may have a password in it.
-            raise BadInput(f"{name}: {message.partition(', got ')[0]}, got another value") from None
-        raise BadInput(f"{name}: {message}, got {first['input']!r}") from error
+    WorkerSettings()
 
 
 def _prepare_folder(data_dir: Path, written: Path) -> None:
@@ -274,12 +265,18 @@ def _farm(plan: FarmPlan, output: Output) -> Iterator[Farm]:
         yield farm
 
 
-def _stay_up(farm: Farm, data_dir: Path, output: Output, *, open_browser: bool = False) -> None:
-    """Print the address of the farm, and wait until the user stops it."""
+def _stay_up(farm: Farm, data_dir: Path, output: Output, *, open_at: Callable[[str], bool] | None = None) -> None:
+    """Print the address of the farm, and wait until the user stops it.
+
+    Parameters
+    ----------
+    open_at
+        Opens a browser at a URL, and returns whether there is one; None if none is wanted.
+    """
     try:
         _print_address(farm, data_dir, output)
-        if open_browser:
-            _open_browser(farm, output)
+        if open_at is not None:
+            _open_browser(farm, open_at, output)
         farm.wait()
     except KeyboardInterrupt:
         return  # The user stops the farm, which is a success.
@@ -307,7 +304,7 @@ def _print_address(farm: Farm, data_dir: Path, output: Output) -> None:
     output.result(data, text)
 
 
-def _open_browser(farm: Farm, output: Output) -> None:
+def _open_browser(farm: Farm, open_at: Callable[[str], bool], output: Output) -> None:
     """Open the dashboard by a link of its own, so that the printed link still works."""
     from lippmann.client import Client
     from lippmann.farm.browser_door import open_browser
@@ -316,7 +313,7 @@ def _open_browser(farm: Farm, output: Output) -> None:
         with Client(farm.address.url, farm.address.key) as client:
             return client.login_link().url
 
-    if not open_browser(make_link):
+    if not open_browser(make_link, open_at):
         output.note("note: expected a browser for --open, got none; open the link above")
 
 

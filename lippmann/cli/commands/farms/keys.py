@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import typer
 
-from lippmann.cli.options import DATA_DIR, DataDir, with_context
+from lippmann.cli.options import DATA_DIR, DataDir, finite, with_context
 from lippmann.client.connection import Connection
 from lippmann.errors import BadInput
 from lippmann.terminal.output import Output
@@ -28,7 +29,8 @@ def create(
         ),
     ] = None,
     days: Annotated[
-        float | None, typer.Option(min=0.0, help="The days until the key expires. By default it does not expire.")
+        float | None,
+        typer.Option(min=0.0, callback=finite, help="The days until the key expires. By default it does not expire."),
     ] = None,
     limit: Annotated[
         list[str] | None,
@@ -157,7 +159,9 @@ def _limit(text: str) -> tuple[str, float]:
     try:
         number = float(value)
     except ValueError:
-        raise BadInput(f"--limit: expected NAME=NUMBER, such as open_jobs=10, got {text!r}") from None
+        number = math.nan
+    if not math.isfinite(number):
+        raise BadInput(f"--limit: expected NAME=NUMBER, such as open_jobs=10, got {text!r}")
     return name, int(number) if number.is_integer() else number
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import subprocess
 import threading
-import webbrowser
 
 import httpx
 import pytest
@@ -17,29 +16,29 @@ LINK = "http://127.0.0.1:8080/login?token=secret"
 OTHER_USER = ["setpriv", "--reuid=65534", "--regid=65534", "--clear-groups", "--"]
 
 
-@pytest.fixture
-def opened(monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """Return the addresses on the command line of the browser."""
-    addresses: list[str] = []
+class Browser:
+    """A browser that opens nothing."""
 
-    def opened(address: str) -> bool:
-        addresses.append(address)
+    def __init__(self) -> None:
+        self.addresses: list[str] = []
+        """The addresses on its command lines."""
+
+    def open_at(self, address: str) -> bool:
+        self.addresses.append(address)
         return True
-
-    monkeypatch.setattr(webbrowser, "open", opened)
-    return addresses
 
 
 @pytest.mark.promise("People", "The login link of the browser that `lippmann up --open` opens is on no command line.")
-def test_the_address_on_the_command_line_leads_to_the_link_once(opened: list[str]) -> None:
+def test_the_address_on_the_command_line_leads_to_the_link_once() -> None:
     made: list[str] = []
+    browser = Browser()
 
     def make_link() -> str:
         made.append(LINK)
         return LINK
 
-    assert open_browser(make_link)
-    (address,) = opened
+    assert open_browser(make_link, browser.open_at)
+    (address,) = browser.addresses
     assert "secret" not in address
     assert made == [], "the time of the link begins when the browser asks"
     assert httpx.get(f"{address}x").status_code == 403
@@ -52,9 +51,10 @@ def test_the_address_on_the_command_line_leads_to_the_link_once(opened: list[str
 
 
 @pytest.mark.skipif(os.geteuid() != 0, reason="only root becomes another user")
-def test_another_user_who_reads_the_command_line_gets_no_link(opened: list[str]) -> None:
-    open_browser(lambda: LINK)
-    url = httpx.URL(opened[0])
+def test_another_user_who_reads_the_command_line_gets_no_link() -> None:
+    browser = Browser()
+    open_browser(lambda: LINK, browser.open_at)
+    url = httpx.URL(browser.addresses[0])
     ask = f"exec 3<>/dev/tcp/127.0.0.1/{url.port}; printf 'GET {url.path} HTTP/1.0\\r\\n\\r\\n' >&3; cat <&3"
     other = subprocess.run([*OTHER_USER, "bash", "-c", ask], capture_output=True, text=True, timeout=60)
     assert other.stdout.startswith("HTTP/1.0 403"), other

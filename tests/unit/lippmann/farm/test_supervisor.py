@@ -8,15 +8,17 @@ import shutil
 import socket
 import sys
 import tempfile
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from redis import Redis
 
 from lippmann.errors import BadInput, FarmFailed
 from lippmann.farm.listening import listening_socket, url_of
 from lippmann.farm.supervisor import broker
 from lippmann.farm.supervisor.child import MAX_PAUSE_S, STEADY_S, Child, ChildPlan
-from lippmann.farm.supervisor.children import child_plans
+from lippmann.farm.supervisor.children import OF_OTHER_FARMS, child_plans
 from lippmann.farm.supervisor.folder import MIN_FREE_BYTES, data_folder
 from lippmann.farm.supervisor.logs import BoundedLog
 from lippmann.farm.supervisor.plan import FarmPlan
@@ -82,6 +84,13 @@ def test_the_socket_can_be_bound_however_long_the_data_folders_path_is(letters: 
         assert path.parent.exists() == (letters < 100)
 
 
+@pytest.mark.parametrize("name", ["a?b", "a#b", "a%41", "a\tb", "a\nb"])
+def test_the_socket_of_a_data_folder_with_characters_of_urls_can_be_in_one(tmp_path: Path, name: str) -> None:
+    path = broker.socket_path(tmp_path / name / "broker", short_dir=tmp_path)
+    assert name not in str(path)
+    assert Redis.from_url(f"unix://{path}").connection_pool.connection_kwargs["path"] == str(path)
+
+
 def test_two_data_folders_never_share_a_short_socket(tmp_path: Path) -> None:
     one, two = tmp_path / ("x" * 120), tmp_path / ("y" * 120)
     assert broker.socket_path(one) != broker.socket_path(two)
@@ -113,6 +122,23 @@ def test_the_three_children_start_in_order_with_exact_command_lines(tmp_path: Pa
         "LIPPMANN_WORKER_NAME": platform.node(),
         "PYTHONUNBUFFERED": "1",
     }
+
+
+def test_settings_of_another_farm_in_the_environment_reach_no_process_of_this_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in OF_OTHER_FARMS:
+        monkeypatch.setenv(name, "/of/another/farm")
+    monkeypatch.setenv("LIPPMANN_REDIS_URL", "redis://another.example")
+    monkeypatch.setenv("LIPPMANN_MAX_SLOTS", "7")
+    plans = child_plans(FarmPlan(tmp_path), server=Path("/v"), socket=Path("/s"), listen_fd=0, url="http://127.0.0.1:1")
+    for plan in plans[1:]:
+        child = Child(replace(plan, command=("env", "-0")), BoundedLog(tmp_path / "a.log"))
+        with os.fdopen(child.start(0.0)) as output:
+            assert child.reap(0.1) == 0
+            got = dict(line.split("=", 1) for line in output.read().split("\0") if line)
+        assert not OF_OTHER_FARMS & got.keys()
+        assert (got["LIPPMANN_REDIS_URL"], got["LIPPMANN_MAX_SLOTS"]) == ("unix:///s", "7")
 
 
 def test_a_child_that_dies_quickly_rests_longer_each_time_and_one_that_was_steady_does_not(tmp_path: Path) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import multiprocessing
 import sqlite3
+import sys
 import time
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -16,9 +17,10 @@ import pytest
 from sqlalchemy import text
 from sqlalchemy.exc import OperationalError
 
+from lippmann.errors import BadInput, FarmFailed
 from service.db import coordinator as coordinator_rows
 from service.db import engine
-from service.db.engine import Database
+from service.db.engine import Database, opened
 from service.db.migrations import migrate
 from service.db.tables import CoordinatorRow
 from tests.postgresql import new_database
@@ -140,3 +142,27 @@ def _stop_while_another_writes(database: Database) -> None:
         with database.writing() as other:
             coordinator_rows.add_idle(other, 2.0)
         coordinator_rows.add_idle(stopped, 1.0)
+
+
+@pytest.mark.parametrize(
+    "url", ["foo", "mysql://me:hunter2@host/farm", "postgresql+none://me:hunter2@host/farm", "postgresql://h:hunter2/f"]
+)
+def test_a_url_of_no_database_is_refused_without_its_password(url: str) -> None:
+    with pytest.raises(BadInput, match=r"^LIPPMANN_DATABASE_URL: expected postgresql\+psycopg:.*, got another value$"):
+        Database(url)
+
+
+def test_without_psycopg_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "psycopg", None)
+    with pytest.raises(BadInput, match="expected the extra `postgresql` of the package to be installed"):
+        Database("postgresql+psycopg://me@host/farm")
+
+
+def test_a_file_that_is_no_database_is_refused_as_what_it_is(tmp_path: Path) -> None:
+    (tmp_path / "farm.db").write_bytes(b"no database" * 1000)
+    with (
+        pytest.raises(FarmFailed, match="expected a database, got a file that is damaged or none: file is not a data"),
+        opened(f"sqlite:///{tmp_path}/farm.db") as database,
+        database.reading() as session,
+    ):
+        session.execute(text("SELECT 1"))

@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from pydantic import ValidationError
 
+from lippmann.errors import BadInput
 from service.oidc.account import Account, AccountRefused, LoginRefused, account_of
 from service.schemas.access import Role
 from service.settings import Settings
@@ -53,9 +53,9 @@ def test_a_name_that_cannot_be_shown_is_left_out() -> None:
 
 
 def test_the_settings_of_the_provider_are_checked(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    with pytest.raises(ValidationError, match="expected an https URL"):
+    with pytest.raises(BadInput, match="expected an https URL"):
         Settings(oidc_issuer="http://id.example", oidc_client_id="farm")
-    with pytest.raises(ValidationError, match="LIPPMANN_OIDC_CLIENT_ID"):
+    with pytest.raises(BadInput, match="LIPPMANN_OIDC_CLIENT_ID"):
         Settings(oidc_issuer="https://id.example")
     monkeypatch.setenv("LIPPMANN_OIDC_ROLES", '{"CN=lab, OU=x": "submitter"}')
     assert Settings(data_dir=tmp_path).oidc_roles == {"CN=lab, OU=x": Role.SUBMITTER}
