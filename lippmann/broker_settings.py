@@ -32,7 +32,9 @@ class BrokerSettings(BaseSettings):
         If a value is invalid, with the name of its variable.
     """
 
-    model_config = SettingsConfigDict(env_prefix="LIPPMANN_", frozen=True, use_attribute_docstrings=True)
+    model_config = SettingsConfigDict(
+        env_prefix="LIPPMANN_", env_ignore_empty=True, frozen=True, use_attribute_docstrings=True
+    )
 
     data_dir: Path = Path("data")
     """The folder of what the process stores; the store of artifacts in it is common to the service and the workers."""

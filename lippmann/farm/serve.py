@@ -17,7 +17,7 @@ from lippmann.farm.log_file import LogFile
 from lippmann.farm.supervisor.children import SERVICE_READY
 from lippmann.logs import configure_logs
 from service import auth as keys
-from service.db.engine import Database
+from service.db.engine import opened
 from service.db.migrations import migrate
 from service.db.tables import ADMIN_OWNER
 from service.main import Server, create_app
@@ -66,9 +66,14 @@ def _log_to_stderr(settings: Settings) -> None:
 
 
 def keep_admin_key(settings: Settings, key_file: Path) -> None:
-    """Make sure that a file holds an admin key of this service; a key that is valid is kept."""
-    database = Database(settings.database)
-    try:
+    """Make sure that a file holds an admin key of this service; a key that is valid is kept.
+
+    Raises
+    ------
+    FarmFailed
+        If the database does not answer, or is a file that is damaged or none.
+    """
+    with opened(settings.database, must_exist=False) as database:
         migrate(database)
         with database.writing() as session:
             known = keys.caller_of_key(session, _key_in(key_file), now_s=time.time())
@@ -77,8 +82,6 @@ def keep_admin_key(settings: Settings, key_file: Path) -> None:
                 key_file.parent.mkdir(parents=True, exist_ok=True)
                 write_private(key_file, key + "\n")  # If this fails, the new key is rolled back.
                 log.info("%s has a new admin key; `lippmann keys link` makes a link that logs a browser in", key_file)
-    finally:
-        database.dispose()
 
 
 def _key_in(key_file: Path) -> str:

@@ -9,10 +9,12 @@ import pytest
 from fastapi.routing import iter_route_contexts
 from sqlalchemy import make_url
 
+from lippmann.broker_settings import BrokerSettings
 from lippmann.errors import BadInput
 from service.main import create_app
 from service.settings import OWN_PATHS, Settings
 from tests.builders_service import Farm
+from worker.settings import WorkerSettings
 
 
 @pytest.mark.parametrize(
@@ -87,3 +89,17 @@ def test_a_setting_of_the_environment_that_is_invalid_is_named_in_one_line(
         Settings()
     assert "\n" not in refused.value.message
     assert "hunter2" not in refused.value.message
+
+
+@pytest.mark.parametrize("kind", [Settings, WorkerSettings])
+def test_an_empty_variable_counts_as_one_that_is_not_set(
+    monkeypatch: pytest.MonkeyPatch, kind: type[BrokerSettings]
+) -> None:
+    for name in os.environ:
+        if name.startswith("LIPPMANN_"):
+            monkeypatch.delenv(name)
+    monkeypatch.setattr("platform.node", lambda: "host")
+    unset = kind()
+    for name in kind.model_fields:
+        monkeypatch.setenv(f"LIPPMANN_{name.upper()}", "")
+    assert kind().model_dump() == unset.model_dump()
