@@ -41,17 +41,26 @@ class OutputContext:
     def store_file(self, file: str, make: Callable[[Path], None]) -> None:
         """Make a file in the scratch folder and store it, unless an earlier attempt has stored it.
 
+        A file that is made when the work should end is not stored: the next attempt may be for other frames, and would
+        take it for its own.
+
         Parameters
         ----------
         file
             The name in the folder of the output, as in `0001.png`.
         make
             Writes the file to the path that it receives.
+
+        Raises
+        ------
+        Stopped
+            If the work should end when the file is made.
         """
         name = self.name(file)
         if not self.exists(name):
             path = self.scratch / Path(file).name
             make(path)
+            self._check_stop()
             self.put(name, path)
             path.unlink()
         self.stored.append(name)
@@ -81,6 +90,9 @@ class OutputContext:
         return replace(self, monitor=PartMonitor(self.monitor, number / count, (number + 1) / count))
 
     def _report(self, progress: float) -> None:
+        self._check_stop()
+        self.monitor.progress = progress
+
+    def _check_stop(self) -> None:
         if self.monitor.should_stop():
             raise Stopped
-        self.monitor.progress = progress

@@ -5,12 +5,13 @@ from __future__ import annotations
 import weakref
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
 
 from lippmann.errors import ArtifactBroken, ArtifactMissing, Stopped
+from lippmann.job.outputs.videos import CentreVideo
 from lippmann.lightfield.depth.depth_map import CHANNELS
 from lippmann.lightfield.views.views import views_grid
 from lippmann.plan import artifact_names as names
@@ -21,6 +22,8 @@ from worker.images.read import read_rgb
 from worker.images.write import write_channels
 from worker.tasks.local import JOB_ID
 from worker.tasks.outputs import videos as encoding
+from worker.tasks.outputs.context import OutputContext
+from worker.tasks.outputs.frame_source import FrameSource
 from worker.tasks.outputs.videos import Picture, again
 
 
@@ -77,6 +80,18 @@ def test_a_video_is_there_only_after_what_is_told_beside_it(tmp_path: Path) -> N
     assert not job.place.store.exists(f"{JOB_ID}/video/centre.mkv")
     job.make("centre.mkv")
     assert job.sidecar("centre.mkv")["files"] == ["video/centre.mkv"]
+
+
+def test_a_file_that_is_made_when_the_work_should_end_is_not_stored(tmp_path: Path) -> None:
+    stored = list[str]()
+    context = OutputContext(
+        source=cast(FrameSource, None),  # no frame is read
+        output=CentreVideo(), scratch=tmp_path, put=lambda name, path: stored.append(name), exists=lambda name: False,
+        monitor=EndsAfter(0),
+    )  # fmt: skip
+    with pytest.raises(Stopped):
+        context.store_file("centre.mp4", lambda path: path.touch())
+    assert (stored, context.stored) == ([], [])
 
 
 class Tells:

@@ -221,7 +221,7 @@ def test_a_stopped_folder_goes_on_where_it_was(tmp_path: Path) -> None:
         def announce_end(self) -> None: ...
 
     job = coded_job(tmp_path, ["hci", "mpeg_lenslet"])
-    for output, reports in (("hci", 31), ("mpeg_lenslet", 1)):
+    for output, reports in (("hci", 32), ("mpeg_lenslet", 2)):
         with pytest.raises(Stopped):
             job.make(output, Ends(reports))
     assert len(files_of(job, "hci")) == 30
