@@ -320,17 +320,19 @@ class Client:
         bits: Literal[8, 16] = 8,
         on_bytes: Callable[[int], None] | None = None,
         sleep: Callable[[float], None] | None = None,
+        waits_for_repair: Callable[[], bool] = lambda: True,
     ) -> Download:
         """Download a file of a job to `path`, atomically; `format="png"` converts a master to sRGB.
 
         `on_bytes` is called with the number of bytes of each part that has come. `sleep` waits for a number of
-        seconds between two attempts. An exception of either ends the download.
+        seconds between two attempts. An exception of either ends the download. `waits_for_repair` returns whether the
+        download waits for a file that the farm makes again; it does so for a limited time.
         """
         url = f"{_API}/jobs/{plain_name(job_id)}/artifacts/{name}"
+        how: dict[str, Any] = {"on_bytes": on_bytes, "sleep": sleep, "waits_for_repair": waits_for_repair}
         if format is None:
-            return self._transport.download(url, path, on_bytes=on_bytes, sleep=sleep)
-        params = {"format": format, "bits": str(bits)}
-        return self._transport.download_made(url, path, params=params, on_bytes=on_bytes, sleep=sleep)
+            return self._transport.download(url, path, **how)
+        return self._transport.download_made(url, path, params={"format": format, "bits": str(bits)}, **how)
 
     def download_output(self, job_id: str, name: str, path: Path) -> Download:
         """Download all files of an output, such as `view_grid.png`, to `path` as one zip, atomically."""

@@ -188,6 +188,8 @@ class _Downloads:
         self._record = record
         self._masters = masters
         self._is_over = threading.Event()
+        self._has_waited = threading.Event()
+        """Set once a file was waited for in vain that the farm makes again: the others then wait no longer."""
 
     def run(self, wanted: Sequence[Artifact], *, parallel: int) -> tuple[list[Fetched], Mapping[str, Refused]]:
         """Download what is not complete; return that, and the damaged artifacts with the refusals of the service."""
@@ -206,6 +208,8 @@ class _Downloads:
                         if error.code not in _DAMAGED:
                             raise
                         damaged[running[future].name] = error
+                        if error.code == ArtifactRepairing.code:
+                            self._has_waited.set()
                     count = len(wanted) - len(todo) + len(done) + len(damaged)
                     total = size_text(sum(one.size for one in done))
                     text = f"{count} of {len(wanted)} files, {total}"
@@ -227,6 +231,7 @@ class _Downloads:
                 format=made,
                 on_bytes=lambda _: self._sleep(0.0),
                 sleep=self._sleep,
+                waits_for_repair=lambda: not self._has_waited.is_set(),
             )
         except OSError as error:
             raise BadInput(f"expected a folder to write {target}, got: {error.strerror}") from error

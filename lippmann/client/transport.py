@@ -23,7 +23,7 @@ import itertools
 import os
 import time
 from collections.abc import Callable, Collection, Iterator, Mapping
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from dataclasses import dataclass
 from http import HTTPStatus
 from pathlib import Path
@@ -38,6 +38,7 @@ from lippmann.client.http_client import new_http_client
 from lippmann.client.partial_file import OnBytes, append, sha256_of, size_of, write
 from lippmann.client.stream import ServerEvent, parse_events
 from lippmann.errors import ArtifactBroken, BadInput, LippmannError, Unreachable
+from service.errors import ArtifactRepairing, NotFound
 
 PATIENCE_S = 3.0
 """The time for which the client retries a service that does not answer, s."""
@@ -46,7 +47,7 @@ SILENCE_S = 45.0
 
 _BUSY = frozenset({502, 503, 504})
 _LOST = frozenset({502, 504})
-"""The statuses with which a proxy answers that has sent a request and has no answer."""
+"""The statuses with which a proxy answers that may have sent a request and has no answer."""
 _TOO_MANY = 429
 _BUSY_OR_TOO_MANY = _BUSY | {_TOO_MANY}
 Response = httpx.Response
@@ -125,7 +126,7 @@ class Transport:
                     raise self._unreachable(error) from error
                 may_have_arrived |= is_sent
             else:
-                if method == "DELETE" and may_have_arrived and response.status_code == HTTPStatus.NOT_FOUND:
+                if method == "DELETE" and may_have_arrived and _is_gone(response):
                     return response
                 if pause_s is None or response.status_code not in repeated:
                     return _checked(response)
@@ -166,12 +167,19 @@ class Transport:
         *,
         on_bytes: OnBytes | None = None,
         sleep: Sleep | None = None,
+        waits_for_repair: Callable[[], bool] = lambda: True,
     ) -> Download:
         """Download a file under a temporary name and rename it; an interrupted download resumes.
 
         The temporary name contains the entity tag, so that parts of two versions are never joined. A file whose digest
-        is known comes from the server of the store, where the service has one that can be reached. `sleep` waits
-        between the attempts, and may raise to end the download.
+        is known comes from the server of the store, where the service has one that can be reached.
+
+        Parameters
+        ----------
+        sleep
+            Waits between the attempts, and may raise to end the download.
+        waits_for_repair
+            Returns whether the download waits for a file that the farm makes again, for `patience_s` at most.
 
         Raises
         ------
@@ -180,22 +188,40 @@ class Transport:
             verifies no part of a large file, so a damaged file may come in two parts.
         """
         sleep = sleep or self._sleep
-        try:
-            head = self._request("HEAD", path, repeated=_BUSY_OR_TOO_MANY, sleep=sleep)
-        except Refused:
-            with suppress(httpx.HTTPError), self._streamed(path, repeated=()):
-                pass  # An answer to HEAD has no details; this one raises them.
-            raise
+        head = self._head(path, sleep=sleep, waits_for_repair=waits_for_repair)
         etag, sha256 = _etag(head), expected_sha256(head.headers)
         part = target.with_name(f".{target.name}.{hashlib.sha256(etag.encode()).hexdigest()[:12]}.part")
         part.parent.mkdir(parents=True, exist_ok=True)
         if sha256 and etag and self._append_directly(path, part, etag=etag, sha256=sha256, on_bytes=on_bytes):
             return _finished(part, target, etag)
-        came = self._retried(part, lambda: self._append(path, part, etag=etag, on_bytes=on_bytes), sleep)
-        if sha256 and came == etag and sha256_of(part) != sha256:
+        # What was here may be the damage, so the file is downloaded from the start before the farm is blamed.
+        for _ in range(2):
+            came = self._retried(
+                part, lambda: self._append(path, part, etag=etag, on_bytes=on_bytes), sleep, waits_for_repair
+            )
+            if not sha256 or came != etag or sha256_of(part) == sha256:
+                return _finished(part, target, came)
             part.unlink()
-            raise _broken(target, sha256)
-        return _finished(part, target, came)
+        raise _broken(target, sha256)
+
+    def _head(self, path: str, *, sleep: Sleep, waits_for_repair: Callable[[], bool]) -> httpx.Response:
+        """Return the headers of a file.
+
+        Raises
+        ------
+        Refused, Unreachable
+            As the answer to a download of the file says, since the one to HEAD has no details.
+        """
+        repeated = _BUSY_OR_TOO_MANY if waits_for_repair() else _BUSY_OR_TOO_MANY - {HTTPStatus.SERVICE_UNAVAILABLE}
+        try:
+            return self._request("HEAD", path, repeated=repeated, sleep=sleep)
+        except Refused:
+            try:
+                with self._streamed(path, repeated=_BUSY):
+                    pass  # By now the service sends the file.
+            except httpx.HTTPError as error:
+                raise self._given_up(error) from error
+            return self._request("HEAD", path, repeated=_BUSY_OR_TOO_MANY, sleep=sleep)
 
     def download_made(
         self,
@@ -205,16 +231,26 @@ class Transport:
         params: Mapping[str, str],
         on_bytes: OnBytes | None = None,
         sleep: Sleep | None = None,
+        waits_for_repair: Callable[[], bool] = lambda: True,
     ) -> Download:
-        """Download a file that the service makes on demand, always from the start; `sleep` is as in `download`."""
+        """Download a file that the service makes on demand, always from the start; the rest is as in `download`."""
         part = target.with_name(f".{target.name}.{os.getpid()}.part")
         part.parent.mkdir(parents=True, exist_ok=True)
         etag = self._retried(
-            part, lambda: self._write(path, part, params=params, on_bytes=on_bytes), sleep or self._sleep
+            part,
+            lambda: self._write(path, part, params=params, on_bytes=on_bytes),
+            sleep or self._sleep,
+            waits_for_repair,
         )
         return _finished(part, target, etag)
 
-    def _retried(self, part: Path, download: Callable[[], str], sleep: Sleep) -> str:
+    def _retried(
+        self,
+        part: Path,
+        download: Callable[[], str],
+        sleep: Sleep,
+        waits_for_repair: Callable[[], bool],
+    ) -> str:
         pauses, here = self._pauses(), -1
         while True:
             try:
@@ -224,7 +260,7 @@ class Transport:
                 if grown > here:  # Data arrived, so the time limit starts again.
                     pauses, here = self._pauses(), grown
                 pause_s = next(pauses)
-                if pause_s is None:
+                if pause_s is None or (_is_repairing(error) and not waits_for_repair()):
                     raise self._given_up(error) from error
                 sleep(pause_s)
 
@@ -254,7 +290,7 @@ class Transport:
     def _append_directly(self, path: str, part: Path, *, etag: str, sha256: str, on_bytes: OnBytes | None) -> bool:
         """Download a file from the server of the store, and return whether it is whole.
 
-        Otherwise, the service sends the rest; of a damaged file, it sends everything, once the file is made again.
+        Otherwise, the service sends the rest; of a file whose digest is another one, it sends everything.
         """
         while self._store_server.is_reachable:
             here = size_of(part)
@@ -332,10 +368,19 @@ def _finished(part: Path, target: Path, etag: str) -> Download:
     return Download(path=target, size=target.stat().st_size, etag=etag)
 
 
-def _broken(target: Path, sha256: str) -> Refused:
+def _broken(target: Path, sha256: str | None) -> Refused:
     got = "got another one; the action `repair` of the job makes it again"
     message = f"{target.name}: expected the SHA-256 {sha256}, {got}"
     return Refused(message, status=HTTPStatus.INTERNAL_SERVER_ERROR, code=ArtifactBroken.code)
+
+
+def _is_repairing(error: httpx.HTTPError) -> bool:
+    return isinstance(error, _NotNow) and error.refused.code == ArtifactRepairing.code
+
+
+def _is_gone(response: httpx.Response) -> bool:
+    """Return whether the service, and not a proxy in front of it, says that something does not exist."""
+    return response.status_code == HTTPStatus.NOT_FOUND and _refusal(response).code == NotFound.code
 
 
 def _etag(response: httpx.Response) -> str:

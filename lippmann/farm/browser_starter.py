@@ -51,7 +51,16 @@ def main() -> None:
     with socket.socket(fileno=int(sys.argv[1])) as there:
         there.set_inheritable(False)
         if url := there.recv(_MAX_URL_BYTES).decode():
+            _leave_outputs()
             there.send(_YES if webbrowser.open(url) else _NO)
+
+
+def _leave_outputs() -> None:
+    """Leave the outputs that are no terminal: who reads them waits for their end, and the browser outlives the farm."""
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    for output in (sys.stdout, sys.stderr):
+        if not output.isatty():
+            os.dup2(nowhere, output.fileno())
 
 
 if __name__ == "__main__":

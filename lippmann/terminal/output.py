@@ -6,6 +6,7 @@ import io
 import json
 import re
 import sys
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
@@ -24,8 +25,9 @@ class Output:
         print(json_text(data) if self.as_json else shown(text), flush=True)
 
     def note(self, text: str) -> None:
-        """Print a note to stderr."""
-        print(shown(text), file=sys.stderr, flush=True)
+        """Print a note to stderr; the work goes on where nobody can read it, as on a terminal that was closed."""
+        with suppress(OSError):
+            print(shown(text), file=sys.stderr, flush=True)
 
 
 def shown(text: str) -> str:

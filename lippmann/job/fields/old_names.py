@@ -32,7 +32,9 @@ def rename_settings(environment: MutableMapping[str, str]) -> tuple[str, ...]:
         if old not in environment:
             continue
         value = environment.pop(old)
-        is_ignored = environment.setdefault(new, value) != value
+        if not environment.get(new):  # An empty variable counts as one that is not set.
+            environment[new] = value
+        is_ignored = environment[new] != value
         notes.append(f"{_note(old, new)}; {new} is set too, so {old} is ignored" if is_ignored else _note(old, new))
     return tuple(notes)
 

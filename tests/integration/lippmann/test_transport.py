@@ -197,6 +197,15 @@ def test_a_file_that_is_damaged_on_the_service_is_never_kept_as_a_whole_one(tmp_
     assert list(tmp_path.iterdir()) == []
 
 
+def test_what_is_here_and_damaged_is_replaced(tmp_path: Path) -> None:
+    part = _part_of(tmp_path / "file")
+    part.write_bytes(b"?" * (len(DATA) // 2))
+    with _serving(_file(DATA, digest_of=DATA)) as server, _talking_to(server) as transport:
+        transport._store_server.is_reachable = False  # so the service sends the file
+        transport.download("/file", tmp_path / "file")
+    assert (tmp_path / "file").read_bytes() == DATA
+
+
 def test_what_is_here_and_longer_than_the_file_is_no_part_of_it(tmp_path: Path) -> None:
     part = _part_of(tmp_path / "file")
     part.write_bytes(DATA + b"?")
@@ -247,6 +256,15 @@ def test_a_removal_whose_answer_is_lost_is_done_when_there_is_nothing_to_remove(
         assert [method for method, _, _ in server.asked] == ["DELETE"] * 2
         with pytest.raises(Refused, match="there is no job"):
             client.delete("two")
+
+
+def test_a_proxy_that_knows_no_service_has_not_removed_anything() -> None:
+    nowhere: Answer = lambda handler: handler.say(404, b"<html>no such site</html>")  # noqa: E731
+    lost = _first(1, _Handler.hang_up, then=nowhere)
+    with _serving(lost) as server, Client(server.url, "k", patience_s=ENOUGH_S) as client:
+        with pytest.raises(Refused) as caught:
+            client.delete("one")
+        assert (caught.value.status, len(server.asked)) == (404, 2)
 
 
 @pytest.mark.parametrize("removes", [True, False])

@@ -12,6 +12,7 @@ from lippmann.client import Refused
 from lippmann.client.transport import Transport
 from lippmann.errors import Unreachable
 from tests.integration.lippmann.test_transport import DATA, _file, _first, _Handler, _serving, _talking_to
+from tests.waiting import ENOUGH_S
 
 REASON = "expected at most 8 event streams of the key"
 Download = Callable[[Transport, Path], object]
@@ -83,12 +84,17 @@ def test_a_file_that_is_being_made_again_is_named_as_that_when_patience_ends(
     tmp_path: Path, download: Download, refused: Sequence[str]
 ) -> None:
     def answer(handler: _Handler) -> None:
+        commands.append(handler.command)
         (_repairing if handler.command in refused else _file(DATA))(handler)
 
-    with _serving(answer) as server, _talking_to(server, patience_s=0.3) as transport:
-        with pytest.raises(Refused, match="the farm makes it again") as caught:
-            download(transport, tmp_path / "file")
-        assert len(server.asked) > 1
+    commands = list[str]()
+    with (
+        _serving(answer) as server,
+        _talking_to(server, patience_s=0.3) as transport,
+        pytest.raises(Refused, match="the farm makes it again") as caught,
+    ):
+        download(transport, tmp_path / "file")
+    assert commands.count(next(name for name in refused if name in commands)) > 1
     assert (caught.value.status, caught.value.code) == (503, "artifact-repairing")
 
 
@@ -99,13 +105,28 @@ def test_a_file_comes_once_it_is_made_again(tmp_path: Path, download: Download) 
     assert (tmp_path / "file").read_bytes() == DATA
 
 
+def test_a_file_that_is_being_made_again_is_not_waited_for_if_the_caller_does_not_want_it(tmp_path: Path) -> None:
+    slept = list[float]()
+    with _serving(_repairing) as server, _talking_to(server, patience_s=ENOUGH_S) as transport:
+        with pytest.raises(Refused) as caught:
+            transport.download("/file", tmp_path / "file", sleep=slept.append, waits_for_repair=lambda: False)
+        with pytest.raises(Refused):
+            transport.download_made(
+                "/file", tmp_path / "file", params={}, sleep=slept.append, waits_for_repair=lambda: False
+            )
+    assert (caught.value.code, slept) == ("artifact-repairing", [])
+
+
 @EITHER
-def test_a_proxy_without_a_service_is_no_answer_of_the_service(tmp_path: Path, download: Download) -> None:
+@pytest.mark.parametrize("says", [("GET",), ("HEAD", "GET")])
+def test_a_proxy_without_a_service_is_no_answer_of_the_service(
+    tmp_path: Path, download: Download, says: Sequence[str]
+) -> None:
     def answer(handler: _Handler) -> None:
-        if handler.command == "HEAD":
-            _file(DATA)(handler)
+        if handler.command in says:
+            handler.say(502, b"" if handler.command == "HEAD" else b"<html>Bad gateway</html>")
         else:
-            handler.say(502, b"<html>Bad gateway</html>")
+            _file(DATA)(handler)
 
     with (
         _serving(answer) as server,

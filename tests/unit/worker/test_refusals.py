@@ -16,8 +16,11 @@ def in_a_child(act: Callable[[], object]) -> int:
     """Do something in a forked process, and return the id of the process."""
     child = os.fork()
     if child == 0:
-        act()
-        os._exit(0)
+        try:
+            act()
+            os._exit(0)
+        finally:
+            os._exit(1)  # Whatever fails, the child must not go on as pytest.
     return child
 
 

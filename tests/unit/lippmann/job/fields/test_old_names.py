@@ -87,4 +87,6 @@ def test_the_new_variable_goes_before_the_old_one(monkeypatch: pytest.MonkeyPatc
     assert rename_settings(environment) == (f"{note}; NEW is set too, so OLD is ignored",)
     assert environment == {"NEW": "2", "OTHER": "3"}
     assert rename_settings({"OLD": "2", "NEW": "2"}) == (note,)
+    empty = {"OLD": "1", "NEW": ""}  # which counts as one that is not set
+    assert (rename_settings(empty), empty) == ((note,), {"NEW": "1"})
     assert rename_settings(environment) == ()
