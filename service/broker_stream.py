@@ -156,9 +156,15 @@ class Stream:
             pipe.execute()
 
     def is_new(self) -> bool:
-        """Return whether the broker lost its data since it was marked."""
+        """Return whether the broker lost its data since it was marked.
+
+        Raises
+        ------
+        BrokerUnavailable
+            If the broker does not answer, or takes no data.
+        """
         with _translated():
-            return not self._slow.exists(wire.MARKER)
+            return not self._slow.set(wire.MARKER, "1", xx=True)
 
     def mark(self) -> None:
         """Mark the broker as one whose lost orders have been taken back."""

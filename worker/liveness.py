@@ -28,7 +28,7 @@ STUCK_S = 60.0
 STOP_S = 8.0
 """The time that running attempts have for their final events when the worker ends."""
 HUNG_S = 2.0
-"""The time that the disk has beside it for the file that stops the attempts; a disk that hangs never answers."""
+"""The time that the log has besides, and the disk for the file that stops the attempts; what hangs never answers."""
 EXIT_STUCK = 75
 """The exit code of a worker whose consumer is stuck: EX_TEMPFAIL of sysexits.h."""
 
@@ -165,6 +165,7 @@ class StuckWatch:
             for thread in threads:
                 thread.start()
             threads[-1].join(self._stop_s + HUNG_S)
+            threads[0].join(HUNG_S)
         finally:
             os._exit(EXIT_STUCK)
 

@@ -15,6 +15,7 @@ from sqlalchemy.orm import Session
 from lippmann.errors import ArtifactBroken
 from lippmann.job.states import TaskStatus
 from lippmann.plan.artifact_store import ArtifactStore
+from service.coordinator.retry_policy import doubled_pause_s
 from service.db import jobs as job_rows
 from service.db import task_sets
 from service.db import tasks as task_rows
@@ -147,5 +148,5 @@ class ArtifactRepairer:
         if failures >= self._settings.failures_allowed:
             draft.transition(TaskStatus.FAILED, ended_s=now_s)
         else:
-            pause_s = self._settings.retry_pause_s * 2 ** (failures - 1)
+            pause_s = doubled_pause_s(self._settings.retry_pause_s, failures - 1)
             draft.transition(TaskStatus.READY, not_before_s=now_s + pause_s)

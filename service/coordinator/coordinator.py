@@ -298,11 +298,13 @@ class Coordinator:
             self._broker_users.reconcile(self._database, now_s=now_s)
 
     def _heed_set_back(self) -> None:
-        """Shorten the pauses that became longer by as much as the clock was set back."""
-        was_s, self._behind_s = self._behind_s, self._steady() - self._clock()
-        if self._behind_s - was_s > SET_BACK_S:
-            count = self._reconciler.end_long_pauses(now_s=self._clock())
-            log.warning("the clock was set back", by_s=round(self._behind_s - was_s, 1), pauses_ended=count)
+        """Shorten the pauses by as much as the clock was set back."""
+        now_s = self._clock()
+        was_s, self._behind_s = self._behind_s, self._steady() - now_s
+        by_s = self._behind_s - was_s
+        if by_s > SET_BACK_S:
+            count = self._reconciler.shorten_pauses(by_s=by_s, now_s=now_s)
+            log.warning("the clock was set back", by_s=round(by_s, 1), pauses_shortened=count)
 
     def loss_round(self) -> None:
         """Take back the tasks of lost attempts and lost orders."""

@@ -93,6 +93,15 @@ class Reconciler:
             fault_rows.end_avoidance(session, latest_s=latest_s)
             return task_rows.end_pauses(session, latest_s=latest_s)
 
+    def shorten_pauses(self, *, by_s: float, now_s: float) -> int:
+        """Shorten the pauses of tasks, and the times for which jobs avoid workers, after the clock was set back.
+
+        Return the number of these tasks. A pause that began since then becomes shorter than it should be.
+        """
+        with self.database.writing() as session:
+            fault_rows.shorten_avoidance(session, by_s=by_s, now_s=now_s)
+            return task_rows.shorten_pauses(session, by_s=by_s, now_s=now_s)
+
     def run(self, view: FarmView) -> None:
         """Repair all rows that are wrong."""
         with self.database.reading() as session:

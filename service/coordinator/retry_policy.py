@@ -34,8 +34,8 @@ DAMAGED = frozenset({ArtifactMissing.code, ArtifactBroken.code})
 """Failures that are about an artifact that the attempt read."""
 _READERS = frozenset({TaskKind.ASSEMBLE, TaskKind.ENCODE})
 """The kinds of tasks that read what other tasks made."""
-LONGEST_DEFERRAL_S = 600.0
-"""The longest pause before the next attempt of a deferred task."""
+LONGEST_PAUSE_S = 600.0
+"""The longest pause before the next attempt of a task that failed, was lost or deferred."""
 _OUTSIDE = (
     StoreFull, StoreUnavailable, DiskFull, DiskUnavailable, SandboxMissing, PovrayMissing, MitsubaMissing,
     WorkerOutdated,
@@ -52,9 +52,16 @@ always do so. The second attempt is on another worker if there is one."""
 
 def longest_pause_s(settings: Settings) -> float:
     """Return the longest pause before the next attempt of a task, and for which a job avoids a worker."""
-    after_failures_s = settings.retry_pause_s * 2.0 ** (settings.failures_allowed - 1)
-    after_losses_s = settings.retry_pause_s * settings.losses_allowed
-    return max(LONGEST_DEFERRAL_S, settings.avoid_s, settings.decline_pause_s, after_failures_s, after_losses_s)
+    return max(LONGEST_PAUSE_S, settings.avoid_s, settings.decline_pause_s)
+
+
+def doubled_pause_s(first_s: float, times: int) -> float:
+    """Return a pause that was doubled a number of times, and is bounded.
+
+    >>> doubled_pause_s(2.0, 0), doubled_pause_s(2.0, 3), doubled_pause_s(2.0, 5000)
+    (2.0, 16.0, 600.0)
+    """
+    return min(LONGEST_PAUSE_S, first_s * 2.0 ** min(times, 20))
 
 
 @dataclass(frozen=True)
@@ -104,8 +111,7 @@ def fail_attempt(
     if failure.permanent or failures >= settings.failures_allowed:
         draft.transition(TaskStatus.FAILED, permanent=failure.permanent, ended_s=now_s)
     else:
-        pause_s = settings.retry_pause_s * 2 ** (failures - 1)
-        draft.transition(TaskStatus.READY, not_before_s=now_s + pause_s)
+        draft.transition(TaskStatus.READY, not_before_s=now_s + doubled_pause_s(settings.retry_pause_s, failures - 1))
     if worker and not failure.permanent:
         return Fault(draft.now.job_id, worker)
     return None
@@ -141,7 +147,8 @@ def _lose(draft: TaskDraft, failure: Failure, *, worker: str | None, now_s: floa
         why = f"{failure.message}; {losses} attempts were lost with their workers, so the task is not tried again"
         draft.transition(TaskStatus.FAILED, error_message=why, ended_s=now_s)
     else:
-        draft.transition(TaskStatus.READY, not_before_s=now_s + settings.retry_pause_s * (losses - 1))
+        pause_s = min(LONGEST_PAUSE_S, settings.retry_pause_s * (losses - 1))
+        draft.transition(TaskStatus.READY, not_before_s=now_s + pause_s)
 
 
 def _failed_on(draft: TaskDraft, worker: str | None) -> list[str]:
@@ -153,7 +160,7 @@ def _defer(draft: TaskDraft, failure: Failure, *, worker: str | None, now_s: flo
 
     If it prevents every worker, `service.coordinator.fault_monitor` pauses the job.
     """
-    due_s = now_s + min(LONGEST_DEFERRAL_S, settings.deferral_s * 2.0 ** min(draft.now.deferrals, 20))
+    due_s = now_s + doubled_pause_s(settings.deferral_s, draft.now.deferrals)
     draft.set(deferrals=draft.now.deferrals + 1, **_columns(failure))
     draft.transition(TaskStatus.READY, not_before_s=due_s)
     return Fault(draft.now.job_id, worker, Prevention(due_s, failure.code, failure.message)) if worker else None

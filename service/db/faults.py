@@ -53,3 +53,9 @@ def forgive(session: Session, worker: str) -> int:
 def end_avoidance(session: Session, *, latest_s: float) -> None:
     """Let jobs use the workers again that they would avoid until after a time."""
     changed(session, update(WorkerFault).where(WorkerFault.avoided_until_s > latest_s).values(avoided_until_s=None))
+
+
+def shorten_avoidance(session: Session, *, by_s: float, now_s: float) -> None:
+    """Let jobs use the workers again so much earlier that they avoid now."""
+    later = update(WorkerFault).where(WorkerFault.avoided_until_s > now_s)
+    changed(session, later.values(avoided_until_s=WorkerFault.avoided_until_s - by_s))

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import fields
 from itertools import islice
-from typing import Any
+from typing import Any, TypeVar
 
-from sqlalchemy import ColumnElement, Select, and_, bindparam, func, or_, select, update
+from sqlalchemy import ColumnElement, Select, Update, and_, bindparam, func, or_, select, update
 from sqlalchemy.orm import Session, aliased, undefer
 
 from lippmann.job.messages.orders import TaskKind, TileIndex
@@ -17,6 +17,8 @@ from service.db.jobs import BEGUN, WORKABLE
 from service.db.tables import Job, Task, WorkerFault
 from service.db.task_state import HeldAttempt
 from service.errors import StorageQuotaExceeded
+
+Value = TypeVar("Value")
 
 CHUNK = 1000
 """The largest number of rows that one transaction changes."""
@@ -163,7 +165,7 @@ def frames(
     return session.execute(query).all()
 
 
-def parts(values: Iterable[int]) -> Iterator[list[int]]:
+def parts(values: Iterable[Value]) -> Iterator[list[Value]]:
     """Divide any number of values into parts that a condition takes."""
     rest = iter(values)
     while part := list(islice(rest, VALUES_AT_ONCE)):
@@ -216,9 +218,17 @@ def prevented_workers(session: Session, *, now_s: float) -> Sequence[WorkerFault
 
 def end_pauses(session: Session, *, latest_s: float) -> int:
     """Let those ready tasks be dispatched at once that would wait until after a time, and return their number."""
+    return changed(session, _paused_until_after(latest_s).values(not_before_s=None))
+
+
+def shorten_pauses(session: Session, *, by_s: float, now_s: float) -> int:
+    """Let the ready tasks that wait now be dispatched so much earlier, and return their number."""
+    return changed(session, _paused_until_after(now_s).values(not_before_s=Task.not_before_s - by_s))
+
+
+def _paused_until_after(time_s: float) -> Update:
     at_work = select(Job.id).where(Job.status.in_(BEGUN))
-    late = update(Task).where(Task.job_id.in_(at_work), Task.status == TaskStatus.READY, Task.not_before_s > latest_s)
-    return changed(session, late.values(not_before_s=None))
+    return update(Task).where(Task.job_id.in_(at_work), Task.status == TaskStatus.READY, Task.not_before_s > time_s)
 
 
 def unreadable(session: Session, job_id: str, codes: Collection[str], *, after: int) -> Sequence[Task]:
@@ -278,10 +288,10 @@ def digests_of_assemblies(session: Session, job_id: str) -> Iterator[dict[str, A
 
 def done_renders(session: Session, job_id: str, frames: Iterable[int | None]) -> Sequence[Task]:
     """Return the render tasks of some frames that are done, with their digests."""
-    query = select(Task).where(Task.job_id == job_id, Task.frame.in_([*frames]), Task.kind == TaskKind.RENDER)
+    query = _with_digests(select(Task).where(Task.job_id == job_id, Task.kind == TaskKind.RENDER))
     # With the status or the order in the query, PostgreSQL reads all tasks of the job that are done, or all of them.
-    done = [task for task in session.scalars(_with_digests(query)) if task.status is TaskStatus.DONE]
-    return sorted(done, key=lambda task: task.sequence)
+    found = [task for part in parts(frames) for task in session.scalars(query.where(Task.frame.in_(part)))]
+    return sorted((task for task in found if task.status is TaskStatus.DONE), key=lambda task: task.sequence)
 
 
 def render_digests(

@@ -35,7 +35,7 @@ CODES = frozenset({ArtifactMissing.code, ArtifactBroken.code})
 REPAIRS_ALLOWED = 1
 """The number of times that the farm makes the artifacts of one task again by itself."""
 CHUNK = 200
-"""The largest number of tasks that are verified before those with damaged artifacts are taken back."""
+"""The largest number of tasks that are verified together, and of those that one transaction takes back."""
 DELETE_S = 1.0
 """The time for which artifacts are deleted before their tasks are taken back."""
 REPAIRED_IN = frozenset({JobStatus.RUNNING, JobStatus.PAUSED, JobStatus.DONE})
@@ -186,7 +186,7 @@ def take_back_in_chunks(
         if not names_of:
             return count
         gone, end_s = [], time.monotonic() + DELETE_S
-        while names_of and (not gone or time.monotonic() < end_s):
+        while names_of and len(gone) < CHUNK and (not gone or time.monotonic() < end_s):
             sequence, artifacts = names_of.popitem()
             _delete(store, job_id, artifacts)
             gone.append(sequence)

@@ -6,10 +6,15 @@ AWS_SHARED_CREDENTIALS_FILE names, or the role of the machine.
 
 from __future__ import annotations
 
+import encodings.idna  # noqa: F401
 import os
 from typing import Any
 
 import boto3
+
+# The first client would import this, and the first connection `encodings.idna`. A process that is forked while a thread
+# imports them could never do so.
+import boto3.s3.inject
 from botocore.config import Config
 
 _SIGNING = Config(signature_version="s3v4")

@@ -8,7 +8,7 @@ import pytest
 
 from lippmann.job.messages.orders import Order, TaskKind
 from lippmann.job.states import JobStatus, TaskStatus
-from service.coordinator.retry_policy import DETERMINISTIC, INFRASTRUCTURE, LONGEST_DEFERRAL_S
+from service.coordinator.retry_policy import DETERMINISTIC, INFRASTRUCTURE, LONGEST_PAUSE_S
 from service.jobs.commands import retry_job
 from tests.builders_service import Farm, claimed, done, failed, presence
 
@@ -293,7 +293,7 @@ def test_a_farm_that_is_broken_for_a_while_fails_no_task(farm: Farm, code: str) 
         task = farm.task(order)
         assert (task.status, task.failures, task.failed_on, task.deferrals) == (TaskStatus.READY, 0, [], rests)
         assert (task.error_code, task.error_message) == (code, f"{code} happened")
-        pause_s = min(LONGEST_DEFERRAL_S, farm.settings.deferral_s * 2 ** (rests - 1))
+        pause_s = min(LONGEST_PAUSE_S, farm.settings.deferral_s * 2 ** (rests - 1))
         assert task.not_before_s == farm.now_s + pause_s
         assert order.task_id not in [other.task_id for other in farm.dispatch()]
         farm.now_s += pause_s

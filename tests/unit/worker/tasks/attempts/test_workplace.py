@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import multiprocessing
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -29,18 +30,25 @@ def test_only_built_in_scenes_and_ones_own_files_do_without_a_sandbox(tmp_path: 
     assert replace(place, own_files=True).sandbox_for(uploaded).allow_none
 
 
+@pytest.fixture
+def nothing_detected() -> Iterator[None]:
+    """Forget what this process has detected, before and after a test."""
+    detect_once.cache_clear()
+    yield
+    detect_once.cache_clear()
+
+
+@pytest.mark.usefixtures("nothing_detected")
 def test_the_pool_processes_of_a_worker_inherit_its_sandbox_and_try_none(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A trial that fails for a passing reason would leave a process without a sandbox for the rest of its life."""
     settings = WorkerSettings(data_dir=tmp_path, worker_name="w1", sandbox="bwrap", cgroup="none")
-    detect_once.cache_clear()
     monkeypatch.setattr("worker.sandbox.detect.trial", lambda sandbox: None)
     found = detect_once("bwrap", cgroup="none")  # as the presence of the worker does before the fork
     monkeypatch.setattr("worker.sandbox.detect.trial", lambda sandbox: "[Errno 11] Resource temporarily unavailable")
     with multiprocessing.get_context("fork").Pool(1) as pool:
         assert pool.apply(_sandbox_of, (settings,)) == found
-    detect_once.cache_clear()
 
 
 def _sandbox_of(settings: WorkerSettings) -> Sandbox:
