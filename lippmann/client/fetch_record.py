@@ -135,7 +135,7 @@ def _opened(folder: Path, job_id: str, *, etags: Callable[[], Mapping[str, str]]
 
 @contextmanager
 def _alone_in(folder: Path) -> Iterator[None]:
-    """Keep other fetches out of a folder, because two would write the same temporary files; make it if there is none.
+    """Keep other fetches out of a folder, because two would write the same temporary files; make a missing one.
 
     The lock ends with the process. Its file is removed at the end, so a fetch that has opened it just before looks
     whether it still is the file of the folder. A file system without locks keeps nobody out.

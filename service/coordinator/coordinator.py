@@ -144,7 +144,7 @@ class Coordinator:
         self._loss_monitor = LossMonitor(database, self._stream, self._reconciler, self._liveness, settings)
         self._checkpoint_s = steady()
         self._behind_s = steady() - clock()
-        """How far the clock is behind the steady one; it grows when the clock is set back."""
+        """The time by which the clock is behind the steady one; it grows when the clock is set back."""
         self._dropped: Counter[str] = Counter()
         self._stopping = threading.Event()
         self._threads: list[threading.Thread] = []

@@ -9,6 +9,7 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 
 from lippmann.errors import Stopped
@@ -51,8 +52,9 @@ def working(broker: Broker, seals: Seals, folder: Path, *before: str) -> Iterato
     command = [*before, sys.executable, "-c", WAITING]
     with (folder / "log").open("wb") as log:
         worker = subprocess.Popen(
-            command, env=env, stdout=log, stderr=subprocess.STDOUT, cwd=ROOT, start_new_session=True
-        )
+            command, env=env, stdout=log, stderr=subprocess.STDOUT, cwd=ROOT, start_new_session=True,
+            preexec_fn=partial(signal.signal, signal.SIGHUP, signal.SIG_DFL),  # These tests may run under nohup.
+        )  # fmt: skip
     try:
         publish(broker, seals, order("a1"))
         until(lambda: EventKind.CLAIMED in [event.kind for event in events(broker.client, seals)])
