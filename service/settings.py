@@ -115,7 +115,7 @@ class Settings(BrokerSettings):
     failed_least: int = Field(default=3, ge=1)
     """The number of failed tasks below which a job goes on whatever their share, since two of 19 are more than 10 %."""
     retry_pause_s: float = Field(default=2.0, ge=0)
-    """The pause before the next attempt of a failed task; it doubles after every failure."""
+    """The pause before the next attempt of a failed task; it doubles after every failure, up to ten minutes."""
     decline_pause_s: float = Field(default=1.0, ge=0)
     """The pause before the next attempt of a declined task."""
     deferral_s: float = Field(default=15.0, gt=0)
