@@ -23,12 +23,12 @@ from lippmann.job.messages.events import Event, EventKind, Failure, Presence, Pr
 from lippmann.job.messages.orders import Order, TaskKind
 from lippmann.job.scenes.scene import SceneManifest
 from lippmann.job.scenes.stage import Stage
-from lippmann.plan.artifact_store import ArtifactInfo, Moved
+from lippmann.plan.artifact_store import ArtifactInfo, Moved, unwatched
 from service.api.waits import Outlook
 from service.auth import Caller
 from service.coordinator import scheduler as dispatching
 from service.coordinator.artifact_repairer import ArtifactRepairer
-from service.coordinator.background_jobs import BackgroundJobs
+from service.coordinator.background_jobs import ON_ARTIFACTS, ON_ROWS, BackgroundJobs
 from service.coordinator.event_consumer import consume_events
 from service.db.engine import Database
 from service.db.migrations import migrate
@@ -105,7 +105,7 @@ class DictStore:
         self.files[name] = data
         return digest_of([data])
 
-    def put_file(self, name: str, path: Path, *, moved: Moved = lambda: None) -> Digest:
+    def put_file(self, name: str, path: Path, *, moved: Moved = unwatched) -> Digest:
         return self.put_bytes(name, path.read_bytes())
 
     def link(self, source: str, name: str) -> None:
@@ -150,7 +150,7 @@ class DictStore:
             del self.files[name]
 
     @contextmanager
-    def local_path(self, name: str, *, moved: Moved = lambda: None) -> Iterator[Path]:
+    def local_path(self, name: str, *, moved: Moved = unwatched) -> Iterator[Path]:
         path = Path("/nonexistent") / name
         self.get_bytes(name)
         yield path
@@ -233,7 +233,7 @@ class Farm:
         migrate(self.database)
         sync_builtin(self.database, self.parts, now_s=T0)
         self.repairer = ArtifactRepairer(self.database, self.store, self.settings)
-        self.background_jobs = BackgroundJobs(self.database, self.store, self.settings)
+        self.background_jobs = BackgroundJobs(self.database, self.store, self.settings, kinds=ON_ROWS | ON_ARTIFACTS)
 
     def submit(self, *, caller: Caller = CALLER, **changes: Any) -> str:
         job, _ = submit_job(

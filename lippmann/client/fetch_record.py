@@ -195,8 +195,8 @@ def check_folder(folder: Path, *, job_id: str | None, is_demo: bool = False) -> 
     ------
     BadInput
         If the folder holds the files of another job, or files of which no record says that a fetch has brought them;
-        without it, those of two jobs would be mixed. A demo is a new job, so the
-        files of a job that the record does not name are those of another one.
+        without it, those of two jobs would be mixed. A demo is a new job, so the files of a job that the record does
+        not name are those of another one.
     """
     found = _read_record(folder)
     if found is None:

@@ -20,7 +20,7 @@ Moved = Callable[[], object]
 """Is called again and again while bytes are moved, by several threads perhaps: a long transfer is no hung one."""
 
 
-def _ignored() -> None:
+def unwatched() -> None:
     """Do nothing about a transfer that goes on."""
 
 
@@ -68,7 +68,7 @@ class ArtifactStore(Protocol):
         An artifact of that name is replaced.
         """
 
-    def put_file(self, name: str, path: Path, *, moved: Moved = _ignored) -> Digest:
+    def put_file(self, name: str, path: Path, *, moved: Moved = unwatched) -> Digest:
         """Store a copy of a file completely or not at all; see `put_bytes`."""
 
     def link(self, source: str, name: str) -> None:
@@ -111,7 +111,7 @@ class ArtifactStore(Protocol):
     def delete(self, prefix: str) -> None:
         """Delete every artifact below a prefix, which must not be empty; deleting nothing is no error."""
 
-    def local_path(self, name: str, *, moved: Moved = _ignored) -> AbstractContextManager[Path]:
+    def local_path(self, name: str, *, moved: Moved = unwatched) -> AbstractContextManager[Path]:
         """Provide an artifact as a readable file; ArtifactMissing if it does not exist."""
 
     def free_bytes(self) -> int | None:
@@ -155,7 +155,7 @@ def moving(chunks: Iterable[bytes], moved: Moved) -> Iterator[bytes]:
         moved()
 
 
-def read_digest(store: ArtifactStore, name: str, *, moved: Moved = _ignored) -> Digest:
+def read_digest(store: ArtifactStore, name: str, *, moved: Moved = unwatched) -> Digest:
     """Return the digest of an artifact as it is in the store now, which reads all of it.
 
     Raises

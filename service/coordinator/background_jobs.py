@@ -55,7 +55,7 @@ class BackgroundJobs:
 
     def __init__(
         self, database: Database, store: ArtifactStore, settings: Settings,
-        *, kinds: Collection[BackgroundJob] = ON_ROWS | ON_ARTIFACTS,
+        *, kinds: Collection[BackgroundJob],
     ) -> None:  # fmt: skip
         self._database = database
         self._store = store

@@ -21,7 +21,7 @@ from lippmann.job.resolved import ResolvedJob
 from lippmann.lattice.layout import CellLayout
 from lippmann.lightfield.views.views import grid_size, interlace, view_numbers, view_of_grid
 from lippmann.plan import artifact_names as names
-from lippmann.plan.artifact_store import Moved
+from lippmann.plan.artifact_store import Moved, unwatched
 from lippmann.plan.sampling import display_size
 from service.ports import Parts
 from tests.builders_service import DictStore, claimed, done, event, heartbeat
@@ -44,7 +44,7 @@ class FileStore(DictStore):
     """A store in memory that lends real files."""
 
     @contextmanager
-    def local_path(self, name: str, *, moved: Moved = lambda: None) -> Iterator[Path]:
+    def local_path(self, name: str, *, moved: Moved = unwatched) -> Iterator[Path]:
         with tempfile.NamedTemporaryFile(suffix=Path(name).suffix) as file:
             file.write(self.get_bytes(name))
             file.flush()

@@ -25,7 +25,7 @@ from typing import BinaryIO
 
 from lippmann.digest import Digest, DigestWriter
 from lippmann.errors import NO_ROOM, ArtifactMissing, StoreFull, StoreUnavailable
-from lippmann.plan.artifact_store import ArtifactInfo, Moved, moving
+from lippmann.plan.artifact_store import ArtifactInfo, Moved, moving, unwatched
 from worker.store.names import check_name, check_prefix
 from worker.whole_file import lacking_room
 
@@ -93,7 +93,7 @@ class LocalStore:
         """Store data under a name, completely or not at all; it replaces an artifact of that name."""
         return self._put(name, (data,))
 
-    def put_file(self, name: str, path: Path, *, moved: Moved = lambda: None) -> Digest:
+    def put_file(self, name: str, path: Path, *, moved: Moved = unwatched) -> Digest:
         """Store a copy of a file under a name, completely or not at all; it replaces an artifact of that name."""
         # The source is opened outside `_translated`: a missing source is the caller's fault, not the store's.
         with path.open("rb") as source:
@@ -182,7 +182,7 @@ class LocalStore:
             _remove(away)
 
     @contextmanager
-    def local_path(self, name: str, *, moved: Moved = lambda: None) -> Iterator[Path]:
+    def local_path(self, name: str, *, moved: Moved = unwatched) -> Iterator[Path]:
         """Yield the path of an artifact for reading; it is the stored file itself, which must not be changed."""
         self._status(name)
         yield self._path(name)

@@ -30,7 +30,7 @@ from botocore.exceptions import BotoCoreError, ClientError, HTTPClientError
 
 from lippmann.digest import Digest, digest_of
 from lippmann.errors import NO_ROOM, ArtifactMissing, DiskFull, StoreUnavailable
-from lippmann.plan.artifact_store import ArtifactInfo, Moved, moving
+from lippmann.plan.artifact_store import ArtifactInfo, Moved, moving, unwatched
 from worker.store.copies import copy_folder, remove_left
 from worker.store.names import check_name, check_prefix
 from worker.store.s3_clients import S3Clients
@@ -137,7 +137,7 @@ class S3Store:
             self._client.put_object(**self._at(name), Body=data)
         return digest_of((data,))
 
-    def put_file(self, name: str, path: Path, *, moved: Moved = lambda: None) -> Digest:
+    def put_file(self, name: str, path: Path, *, moved: Moved = unwatched) -> Digest:
         """Store a copy of a file under a name, completely or not at all; it replaces an artifact of that name."""
         check_name(name)
         self._check_identity(name)
@@ -245,7 +245,7 @@ class S3Store:
                     raise StoreUnavailable(f"cannot delete {below} in {self.place}: the server answers {error['Code']}")
 
     @contextmanager
-    def local_path(self, name: str, *, moved: Moved = lambda: None) -> Iterator[Path]:
+    def local_path(self, name: str, *, moved: Moved = unwatched) -> Iterator[Path]:
         """Yield the path of a copy of an artifact, which is removed afterwards."""
         check_name(name)
         with self._reading(name):

@@ -16,7 +16,7 @@ from sqlalchemy import select, text, update
 from lippmann.digest import Digest
 from lippmann.errors import BadInput, StoreUnavailable
 from lippmann.job.states import HELD_TASKS, JobStatus, TaskStatus
-from lippmann.plan.artifact_store import Moved
+from lippmann.plan.artifact_store import Moved, unwatched
 from service.audit import record
 from service.auth import caller_of_key, create_key
 from service.backup.files import digest_of, write_lines
@@ -392,7 +392,7 @@ def test_no_more_is_decompressed_than_was_written(tmp_path: Path, make_backup: P
 
 def test_a_restore_that_fails_leaves_an_empty_database_and_store(tmp_path: Path, make_backup: Path) -> None:
     class Failing(LocalStore):
-        def put_file(self, name: str, path: Path, *, moved: Moved = lambda: None) -> Digest:
+        def put_file(self, name: str, path: Path, *, moved: Moved = unwatched) -> Digest:
             if name.endswith(".exr"):
                 raise StoreUnavailable("the disk is gone")
             return super().put_file(name, path, moved=moved)

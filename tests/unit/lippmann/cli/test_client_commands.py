@@ -1,4 +1,4 @@
-"""What the commands ask of the client."""
+"""The commands ask the client for what their options say."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a client sends, and ids and names that it does not send."""
+"""The client sends what it is asked for, and refuses ids and names that would lead elsewhere."""
 
 from __future__ import annotations
 

@@ -21,7 +21,7 @@ with browser_starter() as open_at:
     print(open_at("http://127.0.0.1:1/"))
     kill_all_below()
 """
-"""What `lippmann up --open` does with processes: at the end it kills all below itself, and orphans are there, too."""
+"""A program that treats processes as `lippmann up --open` does: at its end it kills all below itself, with orphans."""
 COMMAND = [sys.executable, "-P", "-c", FARM]
 
 

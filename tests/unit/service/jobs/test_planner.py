@@ -15,7 +15,7 @@ from lippmann.job.resolved import StoredPlan
 from lippmann.job.spec import JobSpec
 from lippmann.job.states import JobStatus, TaskStatus
 from lippmann.plan.tasks import plan_sheet, plan_tasks
-from service.coordinator.background_jobs import FIRST_PAUSE_S, LONGEST_PAUSE_S, BackgroundJobs
+from service.coordinator.background_jobs import FIRST_PAUSE_S, LONGEST_PAUSE_S, ON_ROWS, BackgroundJobs
 from service.db import tasks as task_rows
 from service.db.tables import Job
 from service.jobs import planner as plan
@@ -106,7 +106,8 @@ def test_a_crash_at_any_step_of_planning_leaves_nothing_missing_and_nothing_twic
         patched.setattr(plan, "insert_tasks", crashing(plan.insert_tasks))
         with pytest.raises(Crash):
             farm.plan()
-    farm.background_jobs = BackgroundJobs(farm.database, farm.store, farm.settings)  # a new process knows nothing
+    # A new process knows nothing.
+    farm.background_jobs = BackgroundJobs(farm.database, farm.store, farm.settings, kinds=ON_ROWS)
     farm.plan()
     assert _rows(farm, job_id) == _expected(farm, job_id)
     assert (farm.job(job_id).status, farm.job(job_id).ready) == (JobStatus.RUNNING, 16)
@@ -131,7 +132,7 @@ def test_a_plan_once_decided_stays_though_the_farm_has_grown(farm: Farm) -> None
     job_id = _probed(farm, **(LONG | {"render": {"tiles": "auto"}}))
     farm.background_jobs.run_round(slots=1, now_s=farm.now_s)
     decided = farm.job(job_id).plan
-    farm.background_jobs = BackgroundJobs(farm.database, farm.store, farm.settings)
+    farm.background_jobs = BackgroundJobs(farm.database, farm.store, farm.settings, kinds=ON_ROWS)
     while farm.background_jobs.run_round(slots=1000, now_s=farm.now_s):
         pass
     assert farm.job(job_id).plan == decided
@@ -201,7 +202,7 @@ def test_a_job_whose_numbers_cannot_be_planned_fails_and_says_so(farm: Farm) -> 
 def test_a_leader_that_was_replaced_does_not_write_over_the_plan(farm: Farm, monkeypatch: pytest.MonkeyPatch) -> None:
     """The old leader has just read that nothing is decided when the new one decides, and plans everything."""
     job_id = _probed(farm, render={"tiles": "auto"})
-    decide, new = plan_sheet, BackgroundJobs(farm.database, farm.store, farm.settings)
+    decide, new = plan_sheet, BackgroundJobs(farm.database, farm.store, farm.settings, kinds=ON_ROWS)
 
     def late(spec: JobSpec, probe: ProbeResult, **how: Any) -> StoredPlan:
         monkeypatch.setattr(plan, "plan_sheet", decide)

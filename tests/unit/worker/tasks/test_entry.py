@@ -1,4 +1,4 @@
-"""What a worker does when it is ready."""
+"""A worker that is ready sweeps in threads, so that a slow disk or store does not hold it up."""
 
 from __future__ import annotations
 
